@@ -1,0 +1,1 @@
+//! Laws of one material point or one element: liquid rheology, drag, curvature energy, yarn energy.

@@ -1,0 +1,1 @@
+//! Frictional contact: detection, Delassus operator, complementarity solvers, cohesion, cross-check.

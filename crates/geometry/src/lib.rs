@@ -1,0 +1,1 @@
+//! Signed-distance shapes, triangle meshes, scripted motion, broad phase.

@@ -1,0 +1,1 @@
+//! Soft grains in an oscillatory shear cell: contacts, links, stress tensors, rheometer.

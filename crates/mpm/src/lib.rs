@@ -1,0 +1,1 @@
+//! The bulk liquid: particles, MAC fields, shear and pressure solves, resampling.

@@ -1,0 +1,17 @@
+//! The tools every other room uses: how a solve ends, small tensors, splines, banded and iterative solvers.
+//!
+//! ```text
+//! report     ── Status, SolveReport: how every solver in the house says how it went
+//! tensor     ── deviator, double contraction, determinants and roots of small matrices (2-D and 3-D)
+//! eigen      ── symmetric eigen-decomposition and singular values of small matrices, robust for repeated values
+//! transport  ── parallel transport and rotations of vectors
+//! bspline    ── quadratic B-spline weights on staggered grids
+//! banded     ── banded LDLᵀ with the half-bandwidth known at compile time, batched over strands
+//! pcg        ── preconditioned conjugate gradients with breakdown detection
+//! ```
+//!
+//! Nothing here knows what a strand or a liquid is.
+
+pub mod report;
+
+pub use report::{SolveReport, Status};

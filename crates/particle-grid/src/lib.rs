@@ -1,0 +1,1 @@
+//! Sparse blocked grids, B-spline transfers and particle sorting.

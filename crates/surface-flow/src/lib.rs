@@ -1,0 +1,1 @@
+//! The liquid film on a strand: height, velocity, reduced strain.

@@ -1,0 +1,1 @@
+//! Yarns by the material point method with anisotropic elastoplasticity.

@@ -1,0 +1,1 @@
+//! From a scene file to records: scene, world, twelve stages, stepper, outputs.

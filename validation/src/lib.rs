@@ -1,0 +1,1 @@
+//! Analytic, literature and hard cases with their references.

@@ -4,6 +4,7 @@
 //! report     ── Status, SolveReport: how every solver in the house says how it went
 //! tensor     ── deviator, double contraction, determinants and roots of small matrices (2-D and 3-D)
 //! eigen      ── symmetric eigen-decomposition and singular values of small matrices, robust for repeated values
+//! lanes      ── four problems side by side: lane arithmetic, sine, cosine and angle with the same bits everywhere
 //! transport  ── parallel transport and rotations of vectors
 //! bspline    ── quadratic B-spline weights on staggered grids
 //! banded     ── banded LDLᵀ with the half-bandwidth known at compile time, batched over strands
@@ -12,6 +13,9 @@
 //!
 //! Nothing here knows what a strand or a liquid is.
 
+pub mod banded;
+pub mod lanes;
 pub mod report;
+pub mod transport;
 
 pub use report::{SolveReport, Status};

@@ -7,6 +7,7 @@ pub mod error;
 pub mod grains;
 pub mod law;
 pub mod model;
+pub mod physical;
 mod neighbours;
 pub mod random;
 pub mod stress;

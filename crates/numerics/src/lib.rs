@@ -6,12 +6,18 @@
 //! eigen      ── symmetric eigen-decomposition and singular values of small matrices, robust for repeated values
 //! transport  ── parallel transport and rotations of vectors
 //! bspline    ── quadratic B-spline weights on staggered grids
+//! reduce     ── sums in an order that no thread count changes
 //! banded     ── banded LDLᵀ with the half-bandwidth known at compile time, batched over strands
 //! pcg        ── preconditioned conjugate gradients with breakdown detection
 //! ```
 //!
 //! Nothing here knows what a strand or a liquid is.
 
+pub mod bspline;
+pub mod eigen;
+pub mod pcg;
+pub mod reduce;
 pub mod report;
+pub mod tensor;
 
 pub use report::{SolveReport, Status};

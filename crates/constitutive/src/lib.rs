@@ -12,6 +12,7 @@
 //! tearing            plastic history of a particle: detection of tearing, torn increments, recovery
 //! drag               force of the liquid on a piece of strand, with yield sticking
 //! viscometer         rheometer experiments on one material point, and an independent reference for them
+//! yarn               energy, stress and friction cones of a yarn segment
 //! fit                yield stress, consistency and index from a measured flow curve, with confidence intervals
 //! ```
 //!
@@ -28,6 +29,7 @@ pub mod presets;
 pub mod shear_flow;
 pub mod tearing;
 mod tensor;
+pub mod yarn;
 
 pub use equation_of_state::EquationOfState;
 pub use error::RheologyError;

@@ -345,7 +345,8 @@ impl Sample {
             let tangential = 0.5 * m.tangential_spring * self.spring[k] * self.spring[k];
             sum += if self.kind[k] == ContactKind::Permanent {
                 let rest = self.rest[k];
-                let central = if d > rest { m.tension.energy(d, rest, m.spring) } else { m.law.energy(d, rest, m.spring) };
+                let central =
+                    if d > rest { m.tension.energy(d, rest, m.spring) } else { m.law.energy(d, rest, m.spring) };
                 central * fc + tangential * ft
             } else {
                 m.law.energy(d, touch, m.spring) + tangential

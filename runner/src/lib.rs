@@ -1,1 +1,3 @@
 //! From a scene file to records: scene, world, twelve stages, stepper, outputs.
+
+pub mod scene;

@@ -1,1 +1,3 @@
 //! Laws of one material point or one element: liquid rheology, drag, curvature energy, yarn energy.
+
+pub mod curvature;

@@ -14,7 +14,9 @@
 //! drag               force of the liquid on a piece of strand, with yield sticking
 //! viscometer         rheometer experiments on one material point, and an independent reference for them
 //! yarn               energy, stress and friction cones of a yarn segment
+//! material_point     MaterialPoint: one particle by itself
 //! fit                yield stress, consistency and index from a measured flow curve, with confidence intervals
+//! summary            a material described: class, readings, flow curve as data, table and plot
 //! ```
 //!
 //! Everything is SI and `f64`; stresses are Kirchhoff stresses, tension positive, pressures positive in compression.
@@ -24,13 +26,17 @@ pub mod curvature;
 pub mod drag;
 pub mod equation_of_state;
 pub mod error;
+pub mod fit;
 pub mod flow_curve;
 pub mod flow_map;
 pub mod liquid_law;
+pub mod material_point;
 pub mod presets;
 pub mod shear_flow;
+pub mod summary;
 pub mod tearing;
 mod tensor;
+pub mod viscometer;
 pub mod yarn;
 
 pub use equation_of_state::EquationOfState;
@@ -38,5 +44,6 @@ pub use error::RheologyError;
 pub use flow_curve::{FlowClass, FlowCurve, RheologyReading};
 pub use flow_map::{FlowMap, ReturnMap};
 pub use liquid_law::{DeterminantPolicy, ElasticTrial, HerschelBulkley, LawSettings, Relaxed};
+pub use material_point::MaterialPoint;
 pub use presets::{Fibre, Liquid};
 pub use shear_flow::ShearFlow;

@@ -1,1 +1,5 @@
-//! From a scene file to records: scene, world, twelve stages, stepper, outputs.
+//! From a scene file to records: scene → world → plan → stepper → record.
+
+pub mod record;
+pub mod stepper;
+pub mod system;

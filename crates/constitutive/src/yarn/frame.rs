@@ -101,8 +101,7 @@ impl<const D: usize> YarnFrame<D> {
         let long = part[0] * v[0] + part[1] * v[1];
         let short = part[0] * w[0] + part[1] * w[1];
         let length = long.norm();
-        let first =
-            if length > f64::MIN_POSITIVE { long / length } else { any_normal(&self.tangent) };
+        let first = if length > f64::MIN_POSITIVE { long / length } else { any_normal(&self.tangent) };
         let second = cross(&self.tangent, &first);
         self.directions = [first, second];
         self.material = [v, w];

@@ -87,7 +87,9 @@ impl YarnLaw {
             let traction = self.shear_modulus * traction2.sqrt();
             let bound = match self.form {
                 YarnForm::Corrected => self.friction * pressure,
-                YarnForm::Printed => self.shear_modulus * frame.section[0] * printed::shear_bound(self, frame.section[0]),
+                YarnForm::Printed => {
+                    self.shear_modulus * frame.section[0] * printed::shear_bound(self, frame.section[0])
+                }
             };
             if traction > bound {
                 let keep = bound / traction;

@@ -47,7 +47,8 @@ fn hand_checked_values_2d() {
     approx::assert_relative_eq!(r[(0, 1)], 0.304_783_985_813_393_4, max_relative = 1e-14);
     approx::assert_relative_eq!(r[(1, 1)], 0.835_707_318_378_690_1, max_relative = 1e-15);
     approx::assert_relative_eq!(law.energy(&f), 46.628_373_494_993_824, max_relative = 1e-13);
-    let expected = Matrix2::new(-1.862_295_817_465_123, 209.891_293_012_609_2, 214.315_448_910_606_68, -263.757_708_918_387_4);
+    let expected =
+        Matrix2::new(-1.862_295_817_465_123, 209.891_293_012_609_2, 214.315_448_910_606_68, -263.757_708_918_387_4);
     approx::assert_relative_eq!(law.stress(&f), expected, max_relative = 1e-12, epsilon = 1e-11);
     let printed = YarnLaw { form: YarnForm::Printed, ..law };
     let wrong = Matrix2::new(-64.0825, 251.1541, 243.7133, -315.6101);
@@ -70,9 +71,15 @@ fn hand_checked_values_3d() {
     approx::assert_relative_eq!(r[(2, 2)], 0.942_634_496_619_664_5, max_relative = 1e-14);
     approx::assert_relative_eq!(law.energy(&f), 27.247_402_892_795_066, max_relative = 1e-13);
     let expected = Matrix3::new(
-        -0.739_460_042_929_216_7, 124.109_274_585_524_06, -67.596_792_704_028_57,
-        134.367_904_935_679_35, -168.371_972_991_809_86, 40.901_993_913_366_105,
-        -74.815_738_259_421_66, 43.263_400_643_965_03, -141.651_224_794_644_55,
+        -0.739_460_042_929_216_7,
+        124.109_274_585_524_06,
+        -67.596_792_704_028_57,
+        134.367_904_935_679_35,
+        -168.371_972_991_809_86,
+        40.901_993_913_366_105,
+        -74.815_738_259_421_66,
+        43.263_400_643_965_03,
+        -141.651_224_794_644_55,
     );
     assert!((law.stress(&f) - expected).norm() < 1e-14 * 1e3 * expected.norm(), "{}", law.stress(&f) - expected);
 }
@@ -129,8 +136,7 @@ fn check_map<const D: usize>(law: &YarnLaw, f: &SMatrix<f64, D, D>) -> Result<()
     let frame = YarnFrame::new(&once);
     let pressure = law.pressure(&frame);
     let resolved = frame.principal_shear();
-    let traction = law.shear_modulus
-        * (0..D - 1).map(|i| (frame.section[i] * resolved[i]).powi(2)).sum::<f64>().sqrt();
+    let traction = law.shear_modulus * (0..D - 1).map(|i| (frame.section[i] * resolved[i]).powi(2)).sum::<f64>().sqrt();
     let scale = law.mu + law.lambda;
     prop_assert!(traction <= law.friction * pressure + 1e-12 * scale, "outside the fibre cone");
     if mapped.slip > 0.0 {
@@ -146,12 +152,18 @@ fn check_map<const D: usize>(law: &YarnLaw, f: &SMatrix<f64, D, D>) -> Result<()
     Ok(())
 }
 
-fn tangent_error<const D: usize>(law: &YarnLaw, f: &SMatrix<f64, D, D>, d: &SMatrix<f64, D, D>, e: &SMatrix<f64, D, D>) -> (f64, f64) {
+fn tangent_error<const D: usize>(
+    law: &YarnLaw,
+    f: &SMatrix<f64, D, D>,
+    d: &SMatrix<f64, D, D>,
+    e: &SMatrix<f64, D, D>,
+) -> (f64, f64) {
     let tangent = law.tangent(f);
     let exact = tangent.apply(d);
     let h = 1e-3;
     let at = |t: f64| law.stress(&(f + d * t));
-    let numeric = ((at(h) - at(-h)) * 45.0 - (at(2.0 * h) - at(-2.0 * h)) * 9.0 + (at(3.0 * h) - at(-3.0 * h))) / (60.0 * h);
+    let numeric =
+        ((at(h) - at(-h)) * 45.0 - (at(2.0 * h) - at(-2.0 * h)) * 9.0 + (at(3.0 * h) - at(-3.0 * h))) / (60.0 * h);
     let scale = exact.norm().max(1.0);
     let symmetry = (e.dot(&exact) - d.dot(&tangent.apply(e))).abs() / scale;
     ((numeric - exact).norm() / scale, symmetry)

@@ -3,3 +3,11 @@ pub mod block;
 pub mod law;
 pub mod local;
 pub mod problem;
+pub mod report;
+pub mod settings;
+pub mod solvers;
+
+pub use problem::{BlockMatrix, ContactProblem, ProblemError, Scaling};
+pub use report::{ContactReport, Method, StageReport};
+pub use settings::{ContactSettings, SolverChoice};
+pub use solvers::{Solution, solve};

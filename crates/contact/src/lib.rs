@@ -1,5 +1,6 @@
 //! Frictional contact: detection, Delassus operator, complementarity solvers, cohesion, cross-check.
 pub mod block;
+pub mod families;
 pub mod law;
 pub mod local;
 pub mod problem;

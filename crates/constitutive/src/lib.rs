@@ -13,6 +13,7 @@
 //! drag               force of the liquid on a piece of strand, with yield sticking
 //! viscometer         rheometer experiments on one material point, and an independent reference for them
 //! material_point     MaterialPoint: one particle by itself
+//! yarn               energy, stress and friction cones of a yarn segment
 //! fit                yield stress, consistency and index from a measured flow curve, with confidence intervals
 //! summary            a material described: class, readings, flow curve as data, table and plot
 //! ```
@@ -34,6 +35,7 @@ pub mod summary;
 pub mod tearing;
 mod tensor;
 pub mod viscometer;
+pub mod yarn;
 
 pub use equation_of_state::EquationOfState;
 pub use error::RheologyError;

@@ -1,1 +1,16 @@
 //! Soft grains in an oscillatory shear cell: contacts, links, stress tensors, rheometer.
+#![allow(clippy::too_many_arguments)]
+
+pub mod cell;
+pub mod compat;
+pub mod error;
+pub mod grains;
+pub mod law;
+pub mod model;
+mod neighbours;
+pub mod physical;
+pub mod random;
+pub mod stress;
+pub mod tensor;
+
+pub use error::GranularError;

@@ -114,7 +114,7 @@ pub fn solve(
     let mut rho = dot(r, z);
     let mut status = Status::MaxIterations;
     let mut iterations = 0;
-    if !(rho > 0.0) {
+    if rho.is_nan() || rho <= 0.0 {
         return report(if rho.is_finite() { Status::Breakdown } else { Status::NonFinite }, 0, error);
     }
     for iteration in 1..=settings.max_iterations {
@@ -151,7 +151,7 @@ pub fn solve(
         }
         precondition(r, z);
         let next = dot(r, z);
-        if !(next > 0.0) {
+        if next.is_nan() || next <= 0.0 {
             status = if next.is_finite() { Status::Breakdown } else { Status::NonFinite };
             break;
         }

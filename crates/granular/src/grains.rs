@@ -56,9 +56,8 @@ impl Grains {
     /// [`GranularError::State`] or [`GranularError::NonFinite`].
     pub fn check(&self, time: f64) -> Result<(), GranularError> {
         let n = self.len();
-        let all = [
-            &self.x, &self.y, &self.vx, &self.vy, &self.omega, &self.angle, &self.radius, &self.mass, &self.inertia,
-        ];
+        let all =
+            [&self.x, &self.y, &self.vx, &self.vy, &self.omega, &self.angle, &self.radius, &self.mass, &self.inertia];
         if all.iter().any(|a| a.len() != n) {
             return Err(GranularError::State("arrays of grains differ in length".into()));
         }

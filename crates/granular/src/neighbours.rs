@@ -51,7 +51,11 @@ impl Bins {
         }
         let place = |v: f64, bins: usize, periodic: bool| {
             let b = (v * bins as f64).floor();
-            if periodic { (b as i64).rem_euclid(bins as i64) as usize } else { b.clamp(0.0, bins as f64 - 1.0) as usize }
+            if periodic {
+                (b as i64).rem_euclid(bins as i64) as usize
+            } else {
+                b.clamp(0.0, bins as f64 - 1.0) as usize
+            }
         };
         let bin_of: Vec<u32> = (0..n)
             .map(|i| {

@@ -140,7 +140,15 @@ impl Row {
             self.overall_stress(),
         ]);
         let tensors = [
-            s.love_weber, s.otsuki, s.external, s.linear, s.linear, s.torque, s.internal_torque, s.centrifugal, s.overall,
+            s.love_weber,
+            s.otsuki,
+            s.external,
+            s.linear,
+            s.linear,
+            s.torque,
+            s.internal_torque,
+            s.centrifugal,
+            s.overall,
         ];
         for (chunk, t) in row[6..].chunks_exact_mut(4).zip(tensors) {
             chunk.copy_from_slice(&t.0);

@@ -31,9 +31,7 @@ fn sample(params: &Value, initial: &Value, applying_shear: bool) -> DirectedSamp
     }
     let repulsion = f(&params["central_repulsion"]);
     let law = match params.get("plateau") {
-        Some(Value::Array(p)) => {
-            CentralLaw::Plateau { repulsion, begin: f(&p[0]), end: f(&p[1]), slope: f(&p[2]) }
-        }
+        Some(Value::Array(p)) => CentralLaw::Plateau { repulsion, begin: f(&p[0]), end: f(&p[1]), slope: f(&p[2]) },
         _ => CentralLaw::Blend { repulsion },
     };
     let model = ContactModel {
@@ -80,9 +78,9 @@ fn tensor_error(sample: &DirectedSample, tensors: &Value) -> f64 {
         ("overall", s.overall),
     ];
     // Tensors share one scale per snapshot: small ones are differences of large ones.
-    let scale = named.iter().fold(1e-300f64, |m, (name, _)| {
-        tensors[name].as_array().unwrap().iter().fold(m, |m, v| m.max(f(v).abs()))
-    });
+    let scale = named
+        .iter()
+        .fold(1e-300f64, |m, (name, _)| tensors[name].as_array().unwrap().iter().fold(m, |m, v| m.max(f(v).abs())));
     let mut worst = 0.0f64;
     for (name, t) in named {
         for (a, b) in t.0.iter().zip(tensors[name].as_array().unwrap()) {

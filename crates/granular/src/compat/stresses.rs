@@ -23,7 +23,8 @@ impl DirectedSample {
             let back = [-t[0], -t[1]];
             let torque = v.d * half;
             // Each visit registers a force on both ends; every pair is visited from both sides, hence the halves.
-            virial += Tensor2::dyad(own, v.separation.map(|c| -0.5 * c)) + Tensor2::dyad(back, v.separation.map(|c| 0.5 * c));
+            virial +=
+                Tensor2::dyad(own, v.separation.map(|c| -0.5 * c)) + Tensor2::dyad(back, v.separation.map(|c| 0.5 * c));
             all_torque += torque;
             for (target, source, force) in [(i, j, own), (j, i, back)] {
                 if !movable[target] {

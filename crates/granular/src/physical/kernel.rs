@@ -87,7 +87,12 @@ impl<L: Compression> Frame<'_, L> {
     /// Evaluates a block: forces on the first grain of each pair `[f_x, f_y, couple, 0]`, where the torque on a grain is
     /// `couple` times its radius; moves the springs by the pending step.
     pub fn block(
-        &self, pairs: &[Pair], kinds: &mut [ContactKind], springs: &mut [f64], rests: &[f64], forces: &mut [[f64; 4]],
+        &self,
+        pairs: &[Pair],
+        kinds: &mut [ContactKind],
+        springs: &mut [f64],
+        rests: &[f64],
+        forces: &mut [[f64; 4]],
     ) -> PairSums {
         let mut sums = PairSums::default();
         let m = self.model;

@@ -39,7 +39,8 @@ impl Sample {
                 b.vx += kick;
             }
         }
-        let (x, (y, radius)): (Vec<f64>, (Vec<f64>, Vec<f64>)) = self.bodies.iter().map(|b| (b.x, (b.y, b.radius))).unzip();
+        let (x, (y, radius)): (Vec<f64>, (Vec<f64>, Vec<f64>)) =
+            self.bodies.iter().map(|b| (b.x, (b.y, b.radius))).unzip();
         let skin = self.skin();
         let (offsets, partners) = later_partners(&cell, &x, &y, &radius, skin);
 

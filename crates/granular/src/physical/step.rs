@@ -206,9 +206,9 @@ impl Sample {
             .zip(self.spring.chunks_mut(BLOCK))
             .zip(self.rest.chunks(BLOCK))
             .zip(self.forces.chunks_mut(BLOCK));
-        type Block<'a> =
-            ((((&'a [Pair], &'a mut [ContactKind]), &'a mut [f64]), &'a [f64]), &'a mut [[f64; 4]]);
-        let run = |((((pairs, kinds), springs), rests), forces): Block| frame.block(pairs, kinds, springs, rests, forces);
+        type Block<'a> = ((((&'a [Pair], &'a mut [ContactKind]), &'a mut [f64]), &'a [f64]), &'a mut [[f64; 4]]);
+        let run =
+            |((((pairs, kinds), springs), rests), forces): Block| frame.block(pairs, kinds, springs, rests, forces);
         let mut total = PairSums::default();
         if self.pairs.len() > 8 * BLOCK && rayon::current_num_threads() > 1 {
             let blocks: Vec<Block> = blocks.collect();
@@ -346,7 +346,11 @@ impl Sample {
 
 /// Force and torque of the walls on one grain; the wall acts like a flat partner at the distance of the centre.
 fn wall_forces(
-    g: &Body, springs: &mut [f64; 2], model: &crate::model::ContactModel, cell: &crate::cell::Cell, h: f64,
+    g: &Body,
+    springs: &mut [f64; 2],
+    model: &crate::model::ContactModel,
+    cell: &crate::cell::Cell,
+    h: f64,
     sums: &mut GrainSums,
 ) -> [f64; 3] {
     let mut total = [0.0; 3];

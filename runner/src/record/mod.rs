@@ -1,0 +1,14 @@
+//! What a run leaves behind: time series, timings, frames, checkpoints, provenance, summary.
+//!
+//! ```text
+//! DIR/ scene.ron         the scene as run          provenance.json   who made it, of what
+//!      series.csv        one row a step            timings.csv       what the clock says
+//!      frames/           VTK and PLY               checkpoints/      to go on from
+//!      summary.json      how it ended
+//! ```
+
+pub mod checkpoint;
+pub mod clock;
+pub mod frame;
+pub mod provenance;
+pub mod series;

@@ -95,6 +95,9 @@ impl Problem {
             source: None,
         };
         if let Some(file) = files.get(span.file) {
+            // A long value is marked on its first line only.
+            let marked = file.text.get(span.start..span.end).unwrap_or("");
+            problem.span.end = span.start + marked.find('\n').unwrap_or(marked.len());
             problem.source = Some(NamedSource::new(&file.name, file.text.clone()));
             let before = file.text.get(..span.start).unwrap_or(&file.text);
             problem.line = before.matches('\n').count() + 1;
@@ -131,7 +134,8 @@ impl Problem {
     #[must_use]
     pub fn syntax(error: SyntaxError, files: &[SourceFile]) -> Problem {
         let mut problem = Problem::new(ProblemKind::Syntax, error.message, error.span, files);
-        problem.help = error.help;
+        let plain = "a scene is written `Scene(field: value, list: [value, value], …)`";
+        problem.help = Some(error.help.unwrap_or_else(|| plain.to_owned()));
         problem
     }
 

@@ -138,7 +138,7 @@ pub fn expand(scene: &Scene) -> Result<Vec<StrandGeometry>, Problem> {
     let mut strands = Vec::new();
     for (group, description) in scene.strands.iter().enumerate() {
         let first = strands.len();
-        for (index, (points, scale)) in centrelines(scene, group)?.into_iter().enumerate() {
+        for (index, (points, scale)) in centrelines(scene, group, description)?.into_iter().enumerate() {
             strands.push(strand(scene, description, group, index, points, scale));
         }
         set_clamps(scene, description, &mut strands[first..]);
@@ -147,8 +147,11 @@ pub fn expand(scene: &Scene) -> Result<Vec<StrandGeometry>, Problem> {
 }
 
 /// The centrelines of a group, each with the factor on its radius.
-pub(super) fn centrelines(scene: &Scene, group: usize) -> Result<Vec<(Vec<Vector3<f64>>, f64)>, Problem> {
-    let description = &scene.strands[group];
+pub(super) fn centrelines(
+    scene: &Scene,
+    group: usize,
+    description: &StrandGroup,
+) -> Result<Vec<(Vec<Vector3<f64>>, f64)>, Problem> {
     let seed = scene.seed;
     let mut lines: Vec<(Vec<Vector3<f64>>, f64)> = match &description.shape {
         StrandShape::Polyline(shape) => vec![(shape.points.clone(), 1.0)],

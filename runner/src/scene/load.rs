@@ -70,10 +70,9 @@ fn load_text(text: &str, path: &FilePath, overrides: &[String]) -> Result<Loaded
 
     let mut changed = Vec::new();
     for order in overrides {
-        let place = apply(order, &merged, &mut texts).map_err(|problem| fail(vec![problem]))?;
+        apply(order, &merged, &mut texts, &mut changed).map_err(|problem| fail(vec![problem]))?;
         let note = |problems: Vec<Problem>| fail(problems.into_iter().map(|p| p.note(&in_override(order))).collect());
         merged = merge(path, &mut texts).map_err(note)?;
-        changed.push((place, order.as_str()));
     }
 
     let units = units_of(&merged.root);
@@ -99,7 +98,7 @@ fn load_text(text: &str, path: &FilePath, overrides: &[String]) -> Result<Loaded
                 files,
             })
         }
-        _ => Err(fail(problems.into_iter().map(|problem| name_override(problem, &merged.root, &changed)).collect())),
+        _ => Err(fail(problems.into_iter().map(|problem| name_override(problem, &merged.paths, &changed)).collect())),
     }
 }
 
@@ -107,27 +106,34 @@ fn in_override(order: &str) -> String {
     format!("this comes from `--set {order}`")
 }
 
-/// Adds the override to a problem that lies inside the text it wrote.
-fn name_override(problem: Problem, root: &Node, changed: &[(Path, &str)]) -> Problem {
-    for (place, order) in changed {
-        let (node, taken) = follow(root, place);
-        let inside = node.span.file == problem.span.file
-            && node.span.start <= problem.span.start
-            && problem.span.end <= node.span.end;
-        // The name of a field that the override added stands just before its value.
-        let named = taken == place.0.len()
-            && node.span.file == problem.span.file
-            && problem.span.end <= node.span.start
-            && node.span.start - problem.span.end <= 2;
-        if (inside && taken == place.0.len()) || named {
-            return problem.note(&in_override(order));
-        }
-    }
-    problem
+/// A stretch of text that an override wrote.
+struct Changed<'a> {
+    file: PathBuf,
+    start: usize,
+    end: usize,
+    order: &'a str,
 }
 
-/// Writes one override into the text of the file it belongs to; returns its path.
-fn apply(order: &str, merged: &Merged, texts: &mut Texts) -> Result<Path, Problem> {
+/// Adds the override to a problem that lies inside the text it wrote.
+fn name_override(problem: Problem, paths: &[PathBuf], changed: &[Changed<'_>]) -> Problem {
+    let wrote = changed.iter().rev().find(|changed| {
+        paths.get(problem.span.file) == Some(&changed.file)
+            && changed.start <= problem.span.start
+            && problem.span.end <= changed.end
+    });
+    match wrote {
+        Some(changed) => problem.note(&in_override(changed.order)),
+        None => problem,
+    }
+}
+
+/// Writes one override into the text of the file it belongs to, and notes where.
+fn apply<'a>(
+    order: &'a str,
+    merged: &Merged,
+    texts: &mut Texts,
+    changed: &mut Vec<Changed<'a>>,
+) -> Result<(), Problem> {
     let files = [SourceFile { name: "--set".to_owned(), folder: PathBuf::new(), text: order.to_owned() }];
     let refuse = |start: usize, end: usize, message: String| {
         Problem::new(ProblemKind::Override, message, Span { file: 0, start, end }, &files)
@@ -154,13 +160,23 @@ fn apply(order: &str, merged: &Merged, texts: &mut Texts) -> Result<Path, Proble
             None => problem.help("a path names fields from the scene inwards: `time.end`, `strands[0].radius`"),
         }
     })?;
-    let path = &merged.paths[edit.span.file];
-    if let Some(Ok(text)) = texts.get_mut(path)
+    let file = &merged.paths[edit.span.file];
+    if let Some(Ok(text)) = texts.get_mut(file)
         && text.get(edit.span.start..edit.span.end).is_some()
     {
         text.replace_range(edit.span.start..edit.span.end, &edit.text);
+        // Text behind the edit moves.
+        for other in changed.iter_mut().filter(|other| other.file == *file) {
+            for place in [&mut other.start, &mut other.end] {
+                if *place >= edit.span.end {
+                    *place = *place - (edit.span.end - edit.span.start) + edit.text.len();
+                }
+            }
+        }
+        let end = edit.span.start + edit.text.len();
+        changed.push(Changed { file: file.clone(), start: edit.span.start, end, order });
     }
-    Ok(place)
+    Ok(())
 }
 
 /// The nearest path that exists, for a path whose first missing step is misspelt.

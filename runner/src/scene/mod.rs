@@ -146,7 +146,9 @@ impl Scene {
         self.disable.contains(component)
     }
 
-    /// The scene as text in the given units; loading it gives the same scene (in SI to the last bit).
+    /// The scene as text in the given units; loading it gives the same scene.
+    ///
+    /// In SI the numbers are the same to the last bit; in CGS all but a few, which differ in the last.
     #[must_use]
     pub fn to_ron(&self, units: Units) -> String {
         let mut scene = self.clone();

@@ -524,6 +524,10 @@ impl<'a> Reader<'a> {
                 }
                 None => {
                     let item = self.value()?;
+                    self.space()?;
+                    if self.peek() == Some('=') {
+                        return Err(self.unexpected("`:`", Some("a field is written `name: value`")));
+                    }
                     if !group.fields.is_empty() {
                         return Err(self.error(
                             item.span.start,

@@ -129,13 +129,13 @@ impl Checker<'_> {
 
     fn fibre(&mut self, place: &Path, name: &str, fibre: &Fibre) {
         if let Err(missing) = fibre.properties() {
-            self.incomplete(place, name, missing, fibre.preset.as_deref(), "fibre", &presets::fibre_names());
+            self.incomplete(place, name, missing, fibre.preset.as_deref(), "fibre", &presets::FIBRE_NAMES);
         }
     }
 
     fn liquid_material(&mut self, place: &Path, name: &str, liquid: &LiquidMaterial) {
         if let Err(missing) = liquid.properties() {
-            self.incomplete(place, name, missing, liquid.preset.as_deref(), "liquid", &presets::liquid_names());
+            self.incomplete(place, name, missing, liquid.preset.as_deref(), "liquid", &presets::LIQUID_NAMES);
         }
     }
 
@@ -270,7 +270,34 @@ impl Checker<'_> {
             }
             _ => self.written_lines(place, group),
         }
+        self.crowded(place, group);
         self.strand_film(place, group);
+    }
+
+    /// Neighbours of a hexagonal bundle must not overlap.
+    fn crowded(&mut self, place: &Path, group: &StrandGroup) {
+        let StrandShape::HexBundle(shape) = &group.shape else { return };
+        let radius = match &group.radius {
+            Some(Along::Constant(radius)) => Some(*radius),
+            Some(Along::Taper(root, tip)) => Some(root.max(*tip)),
+            Some(Along::Values(values)) => values.iter().copied().reduce(f64::max),
+            None => usual_radius(self.scene, group),
+        };
+        if let Some(radius) = radius
+            && shape.count > 1
+            && shape.spacing < 2.0 * radius
+        {
+            let message = format!(
+                "the strands overlap: they are {} apart and {} thick",
+                self.show(Quantity::Length, shape.spacing),
+                self.show(Quantity::Length, 2.0 * radius)
+            );
+            self.inconsistent(
+                &place.field("shape").field("spacing"),
+                message,
+                "make the spacing at least twice the radius",
+            );
+        }
     }
 
     /// Checks strands whose vertices are given one by one, in the scene or in a file.

@@ -146,7 +146,7 @@ impl Problem {
             Some(source) => format!("{}:{}:{}: ", source.name(), self.line, self.column),
             None => String::new(),
         };
-        let help = self.help.as_ref().map_or(String::new(), |help| format!(" ({})", help.replace('\n', " ")));
+        let help = self.help.as_ref().map_or(String::new(), |help| format!(" ({})", help.replace('\n', "; ")));
         format!("{place}{}{help}", self.message)
     }
 }

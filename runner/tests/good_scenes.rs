@@ -197,6 +197,27 @@ fn included_files_are_merged() {
     assert_eq!(expand(&alone.scene).unwrap(), strands);
 }
 
+/// A file reached on two ways is added once, and a cycle is seen however its paths are spelt.
+#[test]
+fn files_are_included_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    std::fs::create_dir(folder.path().join("sub")).unwrap();
+    let strands = "strands: [(material: \"hair\", shape: Straight(from: [0, 0, 0], to: [1, 0, 0], vertices: 5))]";
+    write("hair.ron", &format!("Scene(materials: {{ \"hair\": Fibre(preset: \"hair\") }}, {strands})"));
+    write("sub/a.ron", "Scene(include: [\"../hair.ron\"])");
+    write("sub/b.ron", "Scene(include: [\"../sub/../hair.ron\"])");
+    let main = "Scene(units: Si, include: [\"sub/a.ron\", \"sub/b.ron\"], time: (end: 1, step: Fixed(1e-3)))";
+    write("main.ron", main);
+    let loaded =
+        load(folder.path().join("main.ron"), &[]).unwrap_or_else(|error| panic!("{}", error.lines().join("\n")));
+    assert_eq!(loaded.scene.strands.len(), 1);
+
+    write("sub/b.ron", "Scene(include: [\"../sub/../main.ron\"])");
+    let error = load(folder.path().join("main.ron"), &[]).unwrap_err();
+    assert!(error.to_string().contains("includes itself"), "{error}");
+}
+
 /// Generators: same seed, same strands; other seeds, others; spreads within their bounds; roots where they are asked for.
 #[test]
 fn wisps_are_drawn_from_the_seed() {

@@ -34,7 +34,7 @@ pub struct LoadedScene {
 pub fn load(path: impl AsRef<FilePath>, overrides: &[String]) -> Result<LoadedScene, SceneError> {
     let path = path.as_ref();
     let name = path.display().to_string();
-    match std::fs::read_to_string(path) {
+    match read_text(path) {
         Ok(text) => load_text(&text, path, overrides),
         Err(error) => {
             let problem =
@@ -50,6 +50,20 @@ pub fn load(path: impl AsRef<FilePath>, overrides: &[String]) -> Result<LoadedSc
 /// As [`load`].
 pub fn load_str(text: &str, name: impl AsRef<FilePath>, overrides: &[String]) -> Result<LoadedScene, SceneError> {
     load_text(text, name.as_ref(), overrides)
+}
+
+/// Reads a regular file (no device, no folder).
+fn read_text(path: &FilePath) -> Result<String, String> {
+    match std::fs::metadata(path) {
+        Ok(data) if !data.is_file() => Err("it is not a file".to_owned()),
+        Ok(_) => std::fs::read_to_string(path).map_err(|error| error.to_string()),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+/// One name for one file, however it was reached.
+fn identity(path: &FilePath) -> PathBuf {
+    std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
 }
 
 /// The text of every file by the path under which it was asked for; edited by overrides.
@@ -224,10 +238,7 @@ fn read_file(
     merged: &mut Merged,
     stack: &mut Vec<PathBuf>,
 ) -> Result<Node, Vec<Problem>> {
-    let text = texts
-        .entry(path.to_owned())
-        .or_insert_with(|| std::fs::read_to_string(path).map_err(|error| error.to_string()))
-        .clone();
+    let text = texts.entry(path.to_owned()).or_insert_with(|| read_text(path)).clone();
     let text = text.map_err(|error| {
         let span = included_at.unwrap_or(Span::NONE);
         let from = merged.files.get(span.file).map_or("the scene", |file| file.name.as_str());
@@ -249,7 +260,8 @@ fn read_file(
     let folder = merged.files[file].folder.clone();
     for (name, span) in includes(&root) {
         let target = folder.join(&name);
-        if stack.contains(&target) {
+        let known = identity(&target);
+        if stack.iter().any(|file| identity(file) == known) {
             let mut chain = String::new();
             for file in stack.iter().chain([&target]) {
                 let _ = write!(chain, "{}{}", if chain.is_empty() { "" } else { " → " }, file.display());
@@ -257,6 +269,9 @@ fn read_file(
             let problem =
                 Problem::new(ProblemKind::File, format!("{name} includes itself: {chain}"), span, &merged.files);
             return Err(vec![problem.at("include").help("remove one of these `include` entries")]);
+        }
+        if merged.paths.iter().any(|file| identity(file) == known) {
+            continue; // included by another file already: once is enough
         }
         let other = read_file(&target, Some(span), texts, merged, stack)?;
         join(&mut root, other, span, &merged.files)?;
@@ -384,10 +399,9 @@ fn relocate_name(node: &mut Node, files: &[SourceFile]) {
     if file.folder == main.folder || FilePath::new(name.as_str()).is_absolute() {
         return;
     }
-    // Included names are joined to the including folder, so the main folder is a prefix of every other one.
-    if let Ok(inner) = file.folder.strip_prefix(&main.folder) {
-        *name = inner.join(&name).to_string_lossy().into_owned();
-    }
+    // Included names are joined to the including folder, so the main folder is a prefix of all but absolute ones.
+    let folder = file.folder.strip_prefix(&main.folder).unwrap_or(&file.folder);
+    *name = folder.join(&name).to_string_lossy().into_owned();
 }
 
 /// FNV-1a over the bytes, as 16 hexadecimal digits.

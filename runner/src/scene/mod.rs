@@ -7,7 +7,7 @@
 //! strands, materials, solids, motion, time, output, film, contact, liquid   ── the sections
 //! presets         ── materials by name
 //! checks          ── what must fit together; sizes
-//! expand          ── strands from their shapes (with obj and random)
+//! expand          ── single strands from their groups (with generators, obj and random)
 //! load            ── files, includes, overrides → LoadedScene
 //! reference       ── the reference page and the JSON schema, from the same declarations
 //! error           ── messages with file, line, column and help
@@ -24,6 +24,7 @@ pub mod error;
 pub mod expand;
 pub mod field;
 pub mod film;
+mod generators;
 pub mod liquid;
 pub mod load;
 pub mod materials;

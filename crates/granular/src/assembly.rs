@@ -54,7 +54,12 @@ impl Assembly {
     /// # Errors
     /// [`GranularError`] if the grains or rules are inadmissible, or compat mode is asked for another box than Lees–Edwards.
     pub fn new(
-        mode: Mode, grains: &Grains, cell: Cell, model: ContactModel, rules: Rules, seed: u64,
+        mode: Mode,
+        grains: &Grains,
+        cell: Cell,
+        model: ContactModel,
+        rules: Rules,
+        seed: u64,
     ) -> Result<Self, GranularError> {
         match mode {
             Mode::Compat if cell.boundary != Boundary::LeesEdwards => {
@@ -127,7 +132,11 @@ impl Assembly {
     /// # Errors
     /// See [`Sample::advance`] and [`DirectedSample::integrate`].
     pub fn advance(
-        &mut self, dt: f64, damping: f64, zero_forces: bool, record: bool,
+        &mut self,
+        dt: f64,
+        damping: f64,
+        zero_forces: bool,
+        record: bool,
     ) -> Result<StepReport, GranularError> {
         match self {
             Self::Undirected(s) => s.advance(dt, damping),

@@ -83,7 +83,15 @@ pub fn frame(assembly: &Assembly) -> Frame {
     let plate = match assembly {
         Assembly::Undirected(s) => s.plate.clone(),
         Assembly::Directed(s) => (0..n)
-            .map(|i| if s.movable(i) { 0 } else if grains.y[i] > cell.height / 2.0 { 1 } else { -1 })
+            .map(|i| {
+                if s.movable(i) {
+                    0
+                } else if grains.y[i] > cell.height / 2.0 {
+                    1
+                } else {
+                    -1
+                }
+            })
             .collect(),
     };
     let in_chain = chains(&contacts, n);

@@ -23,7 +23,11 @@ pub fn estimate(values: &[f64]) -> Estimate {
         return Estimate::default();
     }
     let mean = values.iter().sum::<f64>() / n;
-    let sd = if values.len() > 1 { (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt() } else { 0.0 };
+    let sd = if values.len() > 1 {
+        (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()
+    } else {
+        0.0
+    };
     let half_width = if values.len() > 1 { student_quantile(0.975, n - 1.0) * sd / n.sqrt() } else { 0.0 };
     Estimate { count: values.len(), mean, sd, half_width }
 }
@@ -158,7 +162,9 @@ mod tests {
 
     #[test]
     fn student_quantiles_match_the_tables() {
-        for (p, n, t) in [(0.975, 9.0, 2.262157), (0.975, 1.0, 12.706205), (0.995, 15.0, 2.946713), (0.95, 100.0, 1.660234)] {
+        for (p, n, t) in
+            [(0.975, 9.0, 2.262157), (0.975, 1.0, 12.706205), (0.995, 15.0, 2.946713), (0.95, 100.0, 1.660234)]
+        {
             assert!((student_quantile(p, n) - t).abs() < 1e-5, "{p} {n}");
         }
         assert!((student_cdf(1.0, 1.0) - 0.75).abs() < 1e-12);

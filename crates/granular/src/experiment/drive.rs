@@ -78,7 +78,9 @@ impl Segment {
                 Some(match mode {
                     Mode::Compat => waves
                         .iter()
-                        .map(|v| v.amplitude * TAU * v.frequency * (TAU * (v.frequency * t - w.pre * v.frequency / f)).cos())
+                        .map(|v| {
+                            v.amplitude * TAU * v.frequency * (TAU * (v.frequency * t - w.pre * v.frequency / f)).cos()
+                        })
                         .sum(),
                     Mode::Physical => {
                         // The mean rate of the step, so that the strain lies on the sine; it starts and ends at zero.
@@ -106,7 +108,13 @@ fn oscillation(settings: &MicrogelSettings, o: &Oscillation) -> Segment {
     waves.extend(o.overtones.iter().map(|t| Wave { amplitude: t.amplitude, frequency: t.relative_frequency / tau }));
     Segment {
         drive: Drive::Oscillation {
-            window: Window { frequency: f, amplitude: o.amplitude, pre: o.pre_periods, periods: o.periods, post: o.post_periods },
+            window: Window {
+                frequency: f,
+                amplitude: o.amplitude,
+                pre: o.pre_periods,
+                periods: o.periods,
+                post: o.post_periods,
+            },
             waves,
         },
         steps: ((o.pre_periods + o.periods + o.post_periods) / f / dt) as u64,

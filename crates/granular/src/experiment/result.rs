@@ -160,7 +160,13 @@ impl Rheometer {
     ///
     /// # Errors
     /// [`GranularError::Signal`] if the segment does not oscillate or is unfinished beyond use.
-    pub fn moduli(&self, segment: usize, wave: usize, measure: Measure, drift: Drift) -> Result<Demodulation, GranularError> {
+    pub fn moduli(
+        &self,
+        segment: usize,
+        wave: usize,
+        measure: Measure,
+        drift: Drift,
+    ) -> Result<Demodulation, GranularError> {
         let (Some(signal), Some(s)) = (self.signals.get(segment), self.segments.get(segment)) else {
             return Err(GranularError::Signal("no such segment"));
         };
@@ -219,7 +225,11 @@ impl Rheometer {
     }
 
     fn evaluate(
-        &self, k: usize, segment: &super::drive::Segment, signal: &Signal, headline: Measure,
+        &self,
+        k: usize,
+        segment: &super::drive::Segment,
+        signal: &Signal,
+        headline: Measure,
     ) -> Result<SegmentResult, GranularError> {
         let stress = signal.stress(headline);
         let n = stress.len();

@@ -109,7 +109,10 @@ impl Rheometer {
     }
 
     fn with_assembly(
-        settings: &MicrogelSettings, assembly: Assembly, random: Random, packing: f64,
+        settings: &MicrogelSettings,
+        assembly: Assembly,
+        random: Random,
+        packing: f64,
     ) -> Result<Self, GranularError> {
         let segments = segments(settings);
         let amplitude = settings.experiment.smallest_amplitude();

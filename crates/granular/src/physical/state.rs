@@ -334,6 +334,21 @@ impl Sample {
         p
     }
 
+    /// Rules.
+    pub fn rules_mut(&mut self) -> &mut Rules {
+        &mut self.rules
+    }
+
+    /// Adds a velocity along the flow to all grains [µm/s].
+    pub fn boost(&mut self, velocity: f64) {
+        self.bodies.iter_mut().for_each(|b| b.vx += velocity);
+    }
+
+    /// Adds a velocity along the gradient to all grains [µm/s].
+    pub fn lift(&mut self, velocity: f64) {
+        self.bodies.iter_mut().for_each(|b| b.vy += velocity);
+    }
+
     /// Subtracts the mean velocity, unweighted.
     pub fn remove_drift(&mut self) {
         let n = self.len() as f64;

@@ -110,9 +110,7 @@ fn nearest_by_triangulation(x: &[f64], y: &[f64], sites: &[[f64; 2]], cell: &cra
         }
     }
     let Ok(net) = DelaunayTriangulation::<Site>::bulk_load(all) else { return vec![0; x.len()] };
-    (0..x.len())
-        .map(|i| net.nearest_neighbor(Point2::new(x[i], y[i])).map_or(0, |v| v.data().owner))
-        .collect()
+    (0..x.len()).map(|i| net.nearest_neighbor(Point2::new(x[i], y[i])).map_or(0, |v| v.data().owner)).collect()
 }
 
 #[cfg(test)]

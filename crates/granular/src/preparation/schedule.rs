@@ -105,7 +105,11 @@ impl Writer<'_> {
 ///
 /// `cycle_damping` is the factor per step of the measurement, `plates` how the edges are carried from here on.
 pub fn preparation(
-    model: &ModelSettings, settings: &PreparationSettings, amplitude: f64, cycle_damping: f64, plates: Plates,
+    model: &ModelSettings,
+    settings: &PreparationSettings,
+    amplitude: f64,
+    cycle_damping: f64,
+    plates: Plates,
 ) -> Vec<Operation> {
     let StepSizes { dt, mut dt_max } = step_sizes(model, amplitude);
     let (mu, c_nu, c_t, a) = (model.friction, model.relative_viscosity, model.tangential_ratio, amplitude);

@@ -28,7 +28,7 @@ pub enum RestGeometry {
     },
     /// The shape for which the given one is in equilibrium under gravity.
     Sagfree,
-    /// These vertices [m].
+    /// These vertices \[m\].
     Polyline(Vec<Vector3<f64>>),
 }
 
@@ -41,9 +41,9 @@ pub struct ClampGeometry {
     pub edges: Vec<usize>,
     /// Motion; empty: at rest.
     pub motion: Vec<Motion>,
-    /// Centre of turns that name none: the mean of the held vertices of the whole group at the start [m].
+    /// Centre of turns that name none: the mean of the held vertices of the whole group at the start \[m\].
     pub center: Vector3<f64>,
-    /// When it lets go [s].
+    /// When it lets go \[s\].
     pub until: Option<f64>,
 }
 
@@ -54,35 +54,35 @@ pub struct StrandGeometry {
     pub group: usize,
     /// Its place in the group.
     pub index: usize,
-    /// Vertices [m], root first; at least two.
+    /// Vertices \[m\], root first; at least two.
     pub positions: Vec<Vector3<f64>>,
     /// Velocities at the start [m/s], one per vertex.
     pub velocities: Vec<Vector3<f64>>,
-    /// Half-width along the first director [m], one per vertex.
+    /// Half-width along the first director \[m\], one per vertex.
     pub radius: Vec<f64>,
-    /// Half-width along the second director [m], one per vertex.
+    /// Half-width along the second director \[m\], one per vertex.
     pub second_radius: Vec<f64>,
     /// Factor on Young's modulus, one per vertex.
     pub stiffness: Vec<f64>,
-    /// Turn of the section about the centreline [rad].
+    /// Turn of the section about the centreline \[rad\].
     pub section_angle: f64,
     /// Wish for the first director of the first edge (unit vector).
     pub director: Option<Vector3<f64>>,
-    /// Twist put in at the start from first to last edge [rad].
+    /// Twist put in at the start from first to last edge \[rad\].
     pub twist: f64,
     /// Shape without load.
     pub rest: RestGeometry,
     /// Held vertices.
     pub clamps: Vec<ClampGeometry>,
-    /// Film height at the start [m], one per vertex; empty without a film.
+    /// Film height at the start \[m\], one per vertex; empty without a film.
     pub film_height: Vec<f64>,
 }
 
-/// Memory of a run per strand vertex [bytes], for estimates.
+/// Memory of a run per strand vertex \[bytes\], for estimates.
 pub const BYTES_PER_VERTEX: f64 = 1536.0;
-/// Memory of a run per liquid particle [bytes], for estimates.
+/// Memory of a run per liquid particle \[bytes\], for estimates.
 pub const BYTES_PER_PARTICLE: f64 = 800.0;
-/// Scenes that need more memory than this are refused [bytes].
+/// Scenes that need more memory than this are refused \[bytes\].
 pub const MEMORY_LIMIT: f64 = 256.0 * 1024.0 * 1024.0 * 1024.0;
 
 /// A number of bytes for a reader: `3.1 TB`.

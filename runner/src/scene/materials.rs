@@ -84,12 +84,12 @@ choice! {
     }
 }
 
-/// A fibre with every value known [SI].
+/// A fibre with every value known \[SI\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FibreProperties {
     /// Density [kg/m³].
     pub density: f64,
-    /// Young's modulus [Pa].
+    /// Young's modulus \[Pa\].
     pub young_modulus: f64,
     /// Poisson ratio.
     pub poisson_ratio: f64,

@@ -200,7 +200,7 @@ impl Range {
         Range { high, high_open: true, ..self }
     }
 
-    /// Whether `value` [SI] is allowed.
+    /// Whether `value` \[SI\] is allowed.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {
         let low = if self.low_open { value > self.low } else { value >= self.low };
@@ -252,7 +252,7 @@ impl Range {
 pub struct Spec {
     /// What the numbers measure.
     pub quantity: Quantity,
-    /// Their allowed interval [SI].
+    /// Their allowed interval \[SI\].
     pub range: Range,
 }
 

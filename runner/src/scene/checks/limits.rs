@@ -147,7 +147,13 @@ impl Checker<'_> {
         for (i, probe) in self.scene.output.probes.iter().enumerate() {
             let at = place.index(i);
             match probe {
-                Probe::Point(probe) => names.push(probe.name.clone()),
+                Probe::Point(probe) => {
+                    names.push(probe.name.clone());
+                    if self.scene.liquid.is_none() {
+                        let message = "a point is probed for liquid, but the scene has no `liquid`";
+                        self.inconsistent(&at, message, "probe a vertex of a strand, or remove the probe");
+                    }
+                }
                 Probe::Vertex(probe) => {
                     names.push(probe.name.clone());
                     match vertices_of(self.scene, probe.strand) {

@@ -443,6 +443,18 @@ impl Outcome {
         self.measures.iter().find(|m| m.name == name).map(|m| m.measured)
     }
 
+    /// The measured values in one line, errors in brackets where there is a reference.
+    #[must_use]
+    pub fn one_line(&self) -> String {
+        let show = |m: &Measure| match m.error {
+            Some(error) => format!("{} {:.6e} ({error:.1e})", m.name, m.measured),
+            None => format!("{} {:.6e}", m.name, m.measured),
+        };
+        let shown: Vec<String> = self.measures.iter().take(4).map(show).collect();
+        let more = self.measures.len().saturating_sub(4);
+        if more > 0 { format!("{}, and {more} more", shown.join(", ")) } else { shown.join(", ") }
+    }
+
     /// One line for each measure that missed.
     #[must_use]
     pub fn failures(&self) -> Vec<String> {

@@ -332,8 +332,7 @@ mod tests {
                     batch.columns[j][i] = F4(std::array::from_fn(|l| a[l].columns[j][i]));
                 }
             }
-            let b: Vec<F4> =
-                (0..n).map(|j| F4(std::array::from_fn(|l| ((j * 7 + l * 3) % 13) as f64 - 6.0))).collect();
+            let b: Vec<F4> = (0..n).map(|j| F4(std::array::from_fn(|l| ((j * 7 + l * 3) % 13) as f64 - 6.0))).collect();
             let mut x = b.clone();
             assert!(batch.factor().iter().all(PivotReport::is_positive_definite));
             batch.solve(&mut x);

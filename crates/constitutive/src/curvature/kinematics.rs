@@ -48,21 +48,7 @@ impl<L: Lane> CurvatureElement<L> {
         let binormal = te.cross(tf).scale(inv_chi + inv_chi);
         let tilde = (te + tf).scale(inv_chi);
         let k = [e.1.dot(binormal), -e.0.dot(binormal), f.1.dot(binormal), -f.0.dot(binormal)];
-        Self {
-            te,
-            tf,
-            inv_le,
-            inv_lf,
-            m1e: e.0,
-            m2e: e.1,
-            m1f: f.0,
-            m2f: f.1,
-            chi,
-            inv_chi,
-            binormal,
-            tilde,
-            k,
-        }
+        Self { te, tf, inv_le, inv_lf, m1e: e.0, m2e: e.1, m1f: f.0, m2f: f.1, chi, inv_chi, binormal, tilde, k }
     }
 }
 

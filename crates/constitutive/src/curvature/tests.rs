@@ -59,8 +59,7 @@ fn sample(r: &mut Random, kind: usize) -> Sample {
     let d1f = rotate_about(&any_normal(&tf), &tf, 3.0 * r.next());
     let (d1e, d1f) = ((d1e - te * te.dot(&d1e)).normalize(), (d1f - tf * tf.dot(&d1f)).normalize());
     let guess = 6.28 * r.next();
-    let reference =
-        reference_twist(guess, V3(d1e.into()), V3(te.into()), V3(d1f.into()), V3(tf.into()));
+    let reference = reference_twist(guess, V3(d1e.into()), V3(te.into()), V3(d1f.into()), V3(tf.into()));
     let law = CurvatureLaw {
         c0: 1.0 + 0.5 * r.next(),
         c1: 2.0 + 0.5 * r.next(),
@@ -101,10 +100,7 @@ fn energy<D: DualNum<Primitive = f64> + Copy>(s: &Sample, q: &[D]) -> D {
     let turn = |d1: W<D>, t: W<D>, angle: D| -> (W<D>, W<D>) {
         let d2 = cross(t, d1);
         let (sn, c) = angle.sin_cos();
-        (
-            std::array::from_fn(|i| d1[i] * c + d2[i] * sn),
-            std::array::from_fn(|i| d2[i] * c - d1[i] * sn),
-        )
+        (std::array::from_fn(|i| d1[i] * c + d2[i] * sn), std::array::from_fn(|i| d2[i] * c - d1[i] * sn))
     };
     let (m1e, m2e) = turn(d1e, te, q[3]);
     let (m1f, m2f) = turn(d1f, tf, q[7]);

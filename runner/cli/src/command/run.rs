@@ -1,0 +1,120 @@
+//! `viscose run SCENE`: one scene from start to summary.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use miette::{IntoDiagnostic, WrapErr};
+use runner::run::{Ending, RunOptions, RunOutcome};
+
+use super::Exit;
+use crate::{progress, stop};
+
+/// Arguments of `viscose run`.
+#[derive(Args)]
+pub struct Run {
+    /// Scene file (RON).
+    pub scene: PathBuf,
+    /// Folder for the results [default: out/<scene name>].
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Override a field of the scene, such as `strands[0].radius=0.004`.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+    /// Threads to use [default: all cores]. Results do not depend on it.
+    #[arg(long)]
+    pub threads: Option<usize>,
+    /// Go on from the newest usable checkpoint in the folder.
+    #[arg(long)]
+    pub resume: bool,
+    /// Branch: start from this checkpoint of another run; needs --out.
+    #[arg(long, value_name = "CHECKPOINT", requires = "out", conflicts_with = "resume")]
+    pub resume_from: Option<PathBuf>,
+    /// Replace a former run in the folder.
+    #[arg(long, conflicts_with = "resume")]
+    pub force: bool,
+    /// Stop with a checkpoint at this simulated time [s].
+    #[arg(long, value_name = "SECONDS")]
+    pub until: Option<f64>,
+    /// Stop with a checkpoint after this much wall-clock time [s].
+    #[arg(long, value_name = "SECONDS")]
+    pub wall_limit: Option<f64>,
+    /// Print progress as JSON lines on standard output.
+    #[arg(long)]
+    pub json_progress: bool,
+}
+
+/// The default folder of a scene's results: `out/<scene name>`.
+pub fn default_out(scene: &std::path::Path) -> PathBuf {
+    PathBuf::from("out").join(scene.file_stem().unwrap_or_default())
+}
+
+/// Sets the number of worker threads of the process.
+pub fn set_threads(threads: Option<usize>) -> miette::Result<()> {
+    if let Some(threads) = threads {
+        if threads == 0 {
+            return Err(miette::miette!("--threads 0: expected 1 or more"));
+        }
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().into_diagnostic()?;
+    }
+    Ok(())
+}
+
+impl Run {
+    /// Runs the scene.
+    pub fn run(self) -> miette::Result<Exit> {
+        set_threads(self.threads)?;
+        let loaded = runner::scene::load(&self.scene, &self.set)?;
+        let title = loaded.scene.title.clone();
+        let job = runner::prepare::job(loaded, rayon::current_num_threads())?;
+        let options = RunOptions {
+            out: self.out.unwrap_or_else(|| default_out(&self.scene)),
+            resume: self.resume,
+            resume_from: self.resume_from,
+            force: self.force,
+            until: self.until,
+            wall_limit: self.wall_limit,
+        };
+        let outcome = {
+            let mut observer = progress::observer(self.json_progress, &title);
+            runner::run::execute(job, &options, observer.as_mut(), stop::arm())?
+        };
+        Ok(tell(&outcome, self.json_progress))
+    }
+}
+
+/// Says how a run ended, in a few lines.
+fn tell(outcome: &RunOutcome, json: bool) -> Exit {
+    let figure = |name: &str| outcome.summary.get(name).map(ToString::to_string).unwrap_or_default();
+    let folder = outcome.folder.display();
+    match &outcome.ending {
+        Ending::Completed => {
+            if !json {
+                println!(
+                    "done: {} steps ({} rejected) in {:.1} s; results in {folder}, `viscose report {folder}` shows them",
+                    figure("steps"),
+                    figure("rejected_steps"),
+                    outcome.summary.get("seconds").and_then(serde_json::Value::as_f64).unwrap_or(0.0),
+                );
+            }
+            Exit::Done
+        }
+        Ending::Stopped(why) => {
+            eprintln!("stopped at t = {} s ({why}); add --resume to the same command to go on", figure("time"));
+            Exit::Done
+        }
+        Ending::Failed(failure) => {
+            eprintln!("the run failed at t = {} s: {}", failure.time, failure.rejection);
+            eprintln!("  the step was halved down to {:.3e} s without success", failure.dt);
+            if let Some(path) = &outcome.saved {
+                eprintln!("  the last good state is saved in {}", path.display());
+            }
+            Exit::Failed
+        }
+    }
+}
+
+/// Reads a JSON file.
+pub fn read_json(path: &std::path::Path) -> miette::Result<serde_json::Value> {
+    let text = std::fs::read_to_string(path).into_diagnostic().wrap_err_with(|| path.display().to_string())?;
+    serde_json::from_str(&text).into_diagnostic().wrap_err_with(|| path.display().to_string())
+}

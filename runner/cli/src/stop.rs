@@ -1,0 +1,16 @@
+//! Ctrl-C and termination: finish the step, write a checkpoint, leave.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+static STOP: AtomicBool = AtomicBool::new(false);
+
+/// Arms the signals and returns the flag the run looks at. A second signal ends the program at once.
+pub fn arm() -> &'static AtomicBool {
+    // failing to arm only means that Ctrl-C ends the program as it always does
+    let _ = ctrlc::set_handler(|| {
+        if STOP.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    });
+    &STOP
+}

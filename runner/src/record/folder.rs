@@ -1,0 +1,138 @@
+//! The folder of one run: its files, and who may write into it.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// Paths inside a run's folder.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RunFolder {
+    root: PathBuf,
+}
+
+impl RunFolder {
+    /// The folder at `root`; nothing is touched.
+    #[must_use]
+    pub fn at(root: impl Into<PathBuf>) -> RunFolder {
+        RunFolder { root: root.into() }
+    }
+
+    /// The folder itself.
+    #[must_use]
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// `scene.ron`, the scene as run.
+    #[must_use]
+    pub fn scene(&self) -> PathBuf {
+        self.root.join("scene.ron")
+    }
+
+    /// `provenance.json`.
+    #[must_use]
+    pub fn provenance(&self) -> PathBuf {
+        self.root.join("provenance.json")
+    }
+
+    /// `series.csv`.
+    #[must_use]
+    pub fn series(&self) -> PathBuf {
+        self.root.join("series.csv")
+    }
+
+    /// `timings.csv`.
+    #[must_use]
+    pub fn timings(&self) -> PathBuf {
+        self.root.join("timings.csv")
+    }
+
+    /// `frames/`.
+    #[must_use]
+    pub fn frames(&self) -> PathBuf {
+        self.root.join("frames")
+    }
+
+    /// `checkpoints/`.
+    #[must_use]
+    pub fn checkpoints(&self) -> PathBuf {
+        self.root.join("checkpoints")
+    }
+
+    /// `summary.json`.
+    #[must_use]
+    pub fn summary(&self) -> PathBuf {
+        self.root.join("summary.json")
+    }
+
+    /// Whether a run has been here.
+    #[must_use]
+    pub fn holds_a_run(&self) -> bool {
+        [self.scene(), self.series(), self.checkpoints(), self.summary()].iter().any(|path| path.exists())
+    }
+
+    /// Removes what a former run left, and nothing else.
+    ///
+    /// # Errors
+    /// When the file system refuses.
+    pub fn clear(&self) -> io::Result<()> {
+        for file in [self.scene(), self.provenance(), self.series(), self.timings(), self.summary()] {
+            remove_if_present(fs::remove_file(file))?;
+        }
+        for folder in [self.frames(), self.checkpoints()] {
+            remove_if_present(fs::remove_dir_all(folder))?;
+        }
+        Ok(())
+    }
+
+    /// Creates the folder with its parts.
+    ///
+    /// # Errors
+    /// When the file system refuses.
+    pub fn create(&self) -> io::Result<()> {
+        fs::create_dir_all(self.frames())?;
+        fs::create_dir_all(self.checkpoints())
+    }
+}
+
+fn remove_if_present(result: io::Result<()>) -> io::Result<()> {
+    match result {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        other => other,
+    }
+}
+
+/// Writes a small file so that a reader finds the old content or the new, never half of it.
+///
+/// # Errors
+/// When the file system refuses.
+pub fn write_atomically(path: &Path, content: &[u8]) -> io::Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    fs::create_dir_all(folder)?;
+    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    file.write_all(content)?;
+    file.as_file().sync_all()?;
+    file.persist(path).map_err(|error| error.error)?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clearing_removes_a_run_and_nothing_else() {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = RunFolder::at(dir.path().join("run"));
+        assert!(!folder.holds_a_run());
+        folder.create().unwrap();
+        write_atomically(&folder.summary(), b"{}").unwrap();
+        let foreign = folder.root().join("notes.txt");
+        fs::write(&foreign, "mine").unwrap();
+        assert!(folder.holds_a_run());
+        folder.clear().unwrap();
+        assert!(!folder.holds_a_run());
+        assert!(foreign.exists());
+        folder.clear().unwrap();
+    }
+}

@@ -3,6 +3,7 @@
 //! What the room holds, and how a number travels through it:
 //!
 //! ```text
+//! curvature          bending and twisting energy of three vertices of a polyline, with gradient and Hessian
 //! flow_curve         FlowCurve: yield stress, consistency and index, in the model's or the rheometer's reading
 //! presets            the liquids and fibres known by name, in SI
 //! equation_of_state  pressure of a volume ratio and back
@@ -21,6 +22,7 @@
 //! Everything is SI and `f64`; stresses are Kirchhoff stresses, tension positive, pressures positive in compression.
 //! No function here loops over a scene, allocates in a hot path or panics on input.
 
+pub mod curvature;
 pub mod drag;
 pub mod equation_of_state;
 pub mod error;

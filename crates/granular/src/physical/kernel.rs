@@ -99,6 +99,7 @@ impl<L: Compression> Frame<'_, L> {
         let [fc, fv, ft, ftv] = m.permanent_factors();
         let row_shift = self.cell.height * self.cell.strain;
         let row_speed = self.cell.height * self.cell.rate;
+        let row_closing = self.cell.height * self.cell.closing;
         for k in 0..pairs.len() {
             let p = pairs[k];
             let (i, j) = (p.i as usize, p.j as usize);
@@ -120,7 +121,7 @@ impl<L: Compression> Frame<'_, L> {
             let (inverse, n) = if d > 0.0 { (1.0 / d, [dx / d, dy / d]) } else { (f64::MAX, [1.0, 0.0]) };
             let t = [-n[1], n[0]];
             let rvx = b.vx - a.vx + rows * row_speed;
-            let rvy = b.vy - a.vy;
+            let rvy = b.vy - a.vy - rows * row_closing;
             let normal_speed = rvx * n[0] + rvy * n[1];
             let share = d / touch;
             let lever = match self.rules.lever {

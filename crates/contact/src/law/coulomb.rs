@@ -80,7 +80,12 @@ pub fn natural_map(r: &Vec3, u: &Vec3, friction: f64, rho: f64) -> Vec3 {
 /// tolerance times the size of the problem).
 #[must_use]
 pub fn classify(
-    r_hat: &Vec3, u: &Vec3, friction: f64, cohesion: f64, impulse_scale: f64, velocity_scale: f64,
+    r_hat: &Vec3,
+    u: &Vec3,
+    friction: f64,
+    cohesion: f64,
+    impulse_scale: f64,
+    velocity_scale: f64,
 ) -> ContactState {
     if norm_squared(r_hat).sqrt() <= impulse_scale {
         return ContactState::Open;

@@ -110,7 +110,8 @@ mod tests {
     #[test]
     fn zero_exactly_on_complementary_pairs() {
         let mut runner = TestRunner::new(Config { cases: 100_000, failure_persistence: None, ..Config::default() });
-        let strategy = (0u8..3, 0u8..3, -12.0..12.0f64, -3.0..3.0f64, 0.0..6.3f64, 0.0..6.3f64, 0.0..0.9f64, any::<bool>());
+        let strategy =
+            (0u8..3, 0u8..3, -12.0..12.0f64, -3.0..3.0f64, 0.0..6.3f64, 0.0..6.3f64, 0.0..0.9f64, any::<bool>());
         runner
             .run(&strategy, |(fx, fy, e, de, ax, ay, inside, opposite)| {
                 // "opposite" makes boundary pairs orthogonal

@@ -62,10 +62,7 @@ impl Sliding {
     /// Impulse at a slip rate: on the cone's boundary when sliding, from the normal equation when sticking.
     fn impulse(&self, alpha: f64, sliding: bool) -> Vec3 {
         let p = (alpha + self.trace) * alpha + self.det;
-        let t = [
-            -(alpha * self.beta[0] + self.adj_beta[0]) / p,
-            -(alpha * self.beta[1] + self.adj_beta[1]) / p,
-        ];
+        let t = [-(alpha * self.beta[0] + self.adj_beta[0]) / p, -(alpha * self.beta[1] + self.adj_beta[1]) / p];
         if sliding {
             [t[0].hypot(t[1]) / self.nu, t[0], t[1]]
         } else {
@@ -94,7 +91,8 @@ pub fn candidates(w: &Block, b: &Vec3, nu: f64, alpha_guess: f64) -> Candidates 
     }
     let s = Sliding::new(w, b, nu);
     // where the tangential block is singular within round-off, stick is the limit of slip with a vanishing rate
-    let floor = if s.det > 1e-13 * s.trace * s.trace { 0.0 } else { 1e-14 * s.trace.abs().max(w[4].abs() + w[8].abs()) };
+    let floor =
+        if s.det > 1e-13 * s.trace * s.trace { 0.0 } else { 1e-14 * s.trace.abs().max(w[4].abs() + w[8].abs()) };
     if s.h(floor).0 >= 0.0 && s.trace >= 0.0 {
         out.push(s.impulse(floor, false));
         return out;
@@ -161,7 +159,11 @@ fn sliding_root(s: &Sliding, floor: f64, guess: f64) -> Option<f64> {
         if h == 0.0 {
             return Some(alpha);
         }
-        if h < 0.0 { lo = alpha } else { hi = alpha }
+        if h < 0.0 {
+            lo = alpha
+        } else {
+            hi = alpha
+        }
         let newton = alpha - h / slope;
         let next = if newton > lo && newton < hi {
             newton

@@ -25,7 +25,13 @@ fn pair(w: &Block, b: &Vec3, nu: f64, rho: f64, r: &Vec3) -> (Vec3, Vec3, Vec3) 
 /// The merit `½‖F‖²` has gradient `Jᵀ F`; steps are halved until Armijo's condition holds.
 #[must_use]
 pub fn refine(
-    w: &Block, b: &Vec3, nu: f64, rho: f64, start: &Vec3, tolerance: f64, max_iterations: usize,
+    w: &Block,
+    b: &Vec3,
+    nu: f64,
+    rho: f64,
+    start: &Vec3,
+    tolerance: f64,
+    max_iterations: usize,
 ) -> (Vec3, f64, usize) {
     let mut r = *start;
     let (x, y, mut u) = pair(w, b, nu, rho, &r);

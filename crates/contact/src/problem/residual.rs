@@ -77,9 +77,7 @@ pub fn residual(w: &BlockMatrix, q: &[Vec3], friction: &[f64], r: &[Vec3], scali
 
 /// The sums behind [`residual`].
 #[must_use]
-pub fn residual_parts(
-    w: &BlockMatrix, q: &[Vec3], friction: &[f64], r: &[Vec3], scaling: Scaling,
-) -> ResidualParts {
+pub fn residual_parts(w: &BlockMatrix, q: &[Vec3], friction: &[f64], r: &[Vec3], scaling: Scaling) -> ResidualParts {
     let mut parts = ResidualParts::default();
     for k in 0..w.len() {
         let s = w.row_product(k, r);

@@ -89,8 +89,15 @@ pub fn read(text: &str) -> Result<ContactProblem, ProblemError> {
         }
         triplets.push((e.row, e.column, b));
     }
-    let free_velocity =
-        (0..n).map(|k| [file.free_velocity[d * k], file.free_velocity[d * k + 1], if d == 3 { file.free_velocity[d * k + 2] } else { 0.0 }]).collect();
+    let free_velocity = (0..n)
+        .map(|k| {
+            [
+                file.free_velocity[d * k],
+                file.free_velocity[d * k + 1],
+                if d == 3 { file.free_velocity[d * k + 2] } else { 0.0 },
+            ]
+        })
+        .collect();
     let problem = ContactProblem {
         dimension: d,
         delassus: BlockMatrix::from_triplets(n, &triplets),

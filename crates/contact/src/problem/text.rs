@@ -29,7 +29,9 @@ pub fn read(text: &str) -> Result<ContactProblem, ProblemError> {
     let mut triplets = match storage {
         0 => dense(&mut numbers, dimension, contacts)?,
         1 => sparse(&mut numbers, dimension, contacts)?,
-        other => return Err(ProblemError::Format(format!("storage {other} is not supported (0 dense, 1 sparse block)"))),
+        other => {
+            return Err(ProblemError::Format(format!("storage {other} is not supported (0 dense, 1 sparse block)")));
+        }
     };
     if dimension == 2 {
         // a second tangent that nothing moves: the mean of the block's own diagonal keeps its scale
@@ -67,8 +69,9 @@ impl Numbers<'_> {
             .rest
             .next()
             .ok_or_else(|| ProblemError::Format(format!("the text ends at number {} ({what})", self.read)))?;
-        word.parse()
-            .map_err(|_| ProblemError::Format(format!("number {} ({what}) is `{}`", self.read, &word[..word.len().min(30)])))
+        word.parse().map_err(|_| {
+            ProblemError::Format(format!("number {} ({what}) is `{}`", self.read, &word[..word.len().min(30)]))
+        })
     }
 
     fn count(&mut self, what: &str) -> Result<usize, ProblemError> {

@@ -57,14 +57,7 @@ pub struct StepperState {
 
 impl Default for StepperState {
     fn default() -> StepperState {
-        StepperState {
-            time: 0.0,
-            step: 0,
-            rejected: 0,
-            retry_cap: f64::INFINITY,
-            whole_steps: 0,
-            between: false,
-        }
+        StepperState { time: 0.0, step: 0, rejected: 0, retry_cap: f64::INFINITY, whole_steps: 0, between: false }
     }
 }
 
@@ -157,12 +150,10 @@ impl Stepper {
                 ((self.state.whole_steps + 1) as f64 * step - now, limiter::RETRY)
             }
             StepControl::Fixed(step) => (step, limiter::FIXED),
-            StepControl::Adaptive { max, min, safety } => {
-                limits.iter().fold((max, limiter::MAXIMUM), |best, limit| {
-                    let seconds = (limit.seconds * safety).max(min);
-                    if seconds < best.0 { (seconds, limit.reason) } else { best }
-                })
-            }
+            StepControl::Adaptive { max, min, safety } => limits.iter().fold((max, limiter::MAXIMUM), |best, limit| {
+                let seconds = (limit.seconds * safety).max(min);
+                if seconds < best.0 { (seconds, limit.reason) } else { best }
+            }),
         };
         if self.state.retry_cap < dt {
             (dt, limiter) = (self.state.retry_cap, limiter::RETRY);

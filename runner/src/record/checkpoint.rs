@@ -54,7 +54,9 @@ pub enum CheckpointError {
     #[error("{0} is not a Viscose checkpoint (its first bytes are something else)")]
     Foreign(PathBuf),
     /// Made by another version of the format.
-    #[error("{path} has checkpoint format {found}; this version reads format {FORMAT}: run it with the version that wrote it")]
+    #[error(
+        "{path} has checkpoint format {found}; this version reads format {FORMAT}: run it with the version that wrote it"
+    )]
     Format {
         /// File concerned.
         path: PathBuf,

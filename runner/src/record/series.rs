@@ -94,7 +94,8 @@ mod tests {
 
     #[test]
     fn numbers_read_back_to_the_bit() {
-        for value in [0.0, -0.0, 1.0, 1e-300, 1.0 / 3.0, 6.02214076e23, -2.5e-7, f64::MAX, f64::MIN_POSITIVE, 123456.75] {
+        for value in [0.0, -0.0, 1.0, 1e-300, 1.0 / 3.0, 6.02214076e23, -2.5e-7, f64::MAX, f64::MIN_POSITIVE, 123456.75]
+        {
             let mut line = String::new();
             push_number(&mut line, value);
             assert_eq!(line.parse::<f64>().unwrap().to_bits(), value.to_bits(), "{line}");

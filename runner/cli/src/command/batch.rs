@@ -88,8 +88,11 @@ impl Batch {
         runner::record::folder::write_atomically(&table, results_csv(&rows).as_bytes()).into_diagnostic()?;
         println!("{}", table.display());
         if !self.no_report {
-            let runs: Vec<PathBuf> =
-                rows.iter().filter(|row| row.folder.join("series.csv").exists()).map(|row| row.folder.clone()).collect();
+            let runs: Vec<PathBuf> = rows
+                .iter()
+                .filter(|row| row.folder.join("series.csv").exists())
+                .map(|row| row.folder.clone())
+                .collect();
             if !runs.is_empty() {
                 let page = self.out.join("report.html");
                 runner::report::write(&runs, &page)?;
@@ -137,7 +140,8 @@ impl Batch {
         match result {
             Err(error) => row("crashed", error.to_string(), folder),
             Ok((code, errors)) => {
-                let stopped = read_json(&folder.join("summary.json")).is_ok_and(|s| s["status"] == Value::from("stopped"));
+                let stopped =
+                    read_json(&folder.join("summary.json")).is_ok_and(|s| s["status"] == Value::from("stopped"));
                 match code {
                     Some(0) if stopped => row("stopped", first_line(&errors), folder),
                     Some(0) => row("done", String::new(), folder),
@@ -258,8 +262,16 @@ fn distinct_names(scenes: &[PathBuf]) -> miette::Result<Vec<String>> {
 }
 
 fn results_csv(rows: &[Row]) -> String {
-    const FIGURES: [&str; 8] =
-        ["status", "time", "steps", "rejected_steps", "mass_defect", "momentum_defect", "liquid_mass_defect", "seconds"];
+    const FIGURES: [&str; 8] = [
+        "status",
+        "time",
+        "steps",
+        "rejected_steps",
+        "mass_defect",
+        "momentum_defect",
+        "liquid_mass_defect",
+        "seconds",
+    ];
     let mut text = format!("scene,folder,verdict,{},message\n", FIGURES.join(","));
     let quote = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
     for row in rows {

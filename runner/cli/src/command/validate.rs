@@ -67,7 +67,10 @@ impl Validate {
                 Err(error) => {
                     failed += 1;
                     if self.json {
-                        println!("{}", serde_json::json!({ "case": case.id, "error": error.to_string(), "pass": false }));
+                        println!(
+                            "{}",
+                            serde_json::json!({ "case": case.id, "error": error.to_string(), "pass": false })
+                        );
                     } else {
                         println!("FAIL {:32} {error}", case.id);
                     }
@@ -79,7 +82,11 @@ impl Validate {
         }
         let skipped = results.iter().filter(|r| r.outcome.skipped().is_some()).count();
         if !self.json {
-            println!("{} cases: {} passed, {failed} failed, {skipped} skipped", cases.len(), cases.len() - failed - skipped);
+            println!(
+                "{} cases: {} passed, {failed} failed, {skipped} skipped",
+                cases.len(),
+                cases.len() - failed - skipped
+            );
         }
         Ok(if failed == 0 { Exit::Done } else { Exit::Failed })
     }
@@ -120,6 +127,7 @@ impl Validate {
 }
 
 fn overrides(set: &[String]) -> miette::Result<Vec<(String, String)>> {
-    let split = |text: &String| text.split_once('=').map(|(name, value)| (name.trim().to_owned(), value.trim().to_owned()));
+    let split =
+        |text: &String| text.split_once('=').map(|(name, value)| (name.trim().to_owned(), value.trim().to_owned()));
     set.iter().map(|text| split(text).ok_or_else(|| miette::miette!("--set {text}: expected NAME=VALUE"))).collect()
 }

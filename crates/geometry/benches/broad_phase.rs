@@ -1,0 +1,97 @@
+//! Cost of the broad phase per member, for bundles of hair (aligned, crowded), loose clouds of segments and points.
+//!
+//! Linear time shows as equal time per element over the sizes.
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use geometry::broad_phase::{BoxGrid, PointGrid};
+use geometry::{Aabb, Vector3};
+use std::hint::black_box;
+
+/// Numbers in [0, 1) from an index.
+fn noise(i: usize, k: u64) -> f64 {
+    let mut h = (i as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ k.wrapping_mul(0xD6E8_FEB8_6659_FD93);
+    h = (h ^ (h >> 32)).wrapping_mul(0xD6E8_FEB8_6659_FD93);
+    h = (h ^ (h >> 32)).wrapping_mul(0xD6E8_FEB8_6659_FD93);
+    ((h ^ (h >> 32)) >> 11) as f64 / (1u64 << 53) as f64
+}
+
+/// Wavy strands of 41 vertices, radius 50 µm, 2.5 radii apart, edges of 2.5 mm, running along `direction`.
+fn bundle(strands: usize, direction: Vector3) -> Vec<Aabb> {
+    let along = direction.normalize();
+    let u = along.cross(&Vector3::new(0.3, 0.2, 1.0)).normalize();
+    let v = along.cross(&u);
+    let side = (strands as f64).sqrt().ceil() as usize;
+    let (radius, edge) = (5e-5, 2.5e-3);
+    (0..strands)
+        .flat_map(|s| {
+            let root = u * ((s % side) as f64 * 2.5 * radius) + v * ((s / side) as f64 * 2.5 * radius);
+            let vertex = move |k: usize| {
+                let wave = 0.3 * radius;
+                root + along * (k as f64 * edge)
+                    + u * (wave * (k as f64 + noise(s, 1)).sin())
+                    + v * (wave * (k as f64).cos())
+            };
+            (0..40).map(move |k| Aabb::around_segment(&vertex(k), &vertex(k + 1), 1.2 * radius))
+        })
+        .collect()
+}
+
+fn cloud(n: usize) -> Vec<Aabb> {
+    let side = (n as f64).cbrt();
+    (0..n)
+        .map(|i| {
+            let a = Vector3::new(noise(i, 1), noise(i, 2), noise(i, 3)) * side;
+            let d = Vector3::new(noise(i, 4) - 0.5, noise(i, 5) - 0.5, noise(i, 6) - 0.5);
+            Aabb::around_segment(&a, &(a + d), 0.05)
+        })
+        .collect()
+}
+
+fn boxes(c: &mut Criterion) {
+    let mut group = c.benchmark_group("geometry/box_pairs");
+    group.sample_size(10);
+    let mut run = |name: &str, boxes: Vec<Aabb>| {
+        group.throughput(Throughput::Elements(boxes.len() as u64));
+        let (mut grid, mut pairs) = (BoxGrid::default(), Vec::new());
+        group.bench_function(BenchmarkId::new(name, boxes.len()), |b| {
+            b.iter(|| {
+                grid.build(black_box(&boxes)).unwrap();
+                grid.overlapping_pairs(&mut pairs);
+                pairs.len()
+            });
+        });
+        eprintln!("{name}/{}: {} pairs", boxes.len(), pairs.len());
+    };
+    for strands in [137, 548, 2192] {
+        run("bundle_axis", bundle(strands, Vector3::x()));
+        run("bundle_diagonal", bundle(strands, Vector3::new(1.0, 1.0, 1.0)));
+    }
+    for n in [5_000, 20_000, 80_000] {
+        run("cloud", cloud(n));
+    }
+    group.finish();
+}
+
+fn points(c: &mut Criterion) {
+    let mut group = c.benchmark_group("geometry/point_grid");
+    group.sample_size(10);
+    for n in [10_000usize, 100_000] {
+        let side = (n as f64).cbrt();
+        let points: Vec<[f64; 3]> =
+            (0..n).map(|i| [noise(i, 1) * side, noise(i, 2) * side, noise(i, 3) * side]).collect();
+        let mut grid = PointGrid::default();
+        group.throughput(Throughput::Elements(n as u64));
+        group.bench_function(BenchmarkId::new("build_and_neighbours", n), |b| {
+            b.iter(|| {
+                grid.build(black_box(&points), 1.0).unwrap();
+                let mut near = 0usize;
+                points.iter().for_each(|p| grid.for_each_within(p, 1.0, |_, _| near += 1));
+                near
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, boxes, points);
+criterion_main!(benches);

@@ -1,0 +1,69 @@
+//! Exit codes and messages: 0 done, 1 failed with the state saved, 2 bad input.
+
+mod common;
+
+use std::fs;
+
+use common::{WISP, code_and_errors, run, scene};
+
+#[test]
+fn misspelt_fields_end_with_code_two_and_the_nearest_name() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = scene(dir.path(), "bad.ron", &WISP.replace("radius: 0.005", "raduis: 0.005"));
+    for command in ["check", "run", "plan"] {
+        let (code, errors) = code_and_errors(&run(&[command, file.to_str().unwrap()]));
+        assert_eq!(code, Some(2), "{command}: {errors}");
+        assert!(errors.contains("radius") && errors.contains("bad.ron"), "{command}: {errors}");
+    }
+}
+
+#[test]
+fn a_missing_scene_and_wrong_usage_end_with_code_two() {
+    assert_eq!(run(&["run", "no-such-scene.ron"]).status.code(), Some(2));
+    assert_eq!(run(&["run"]).status.code(), Some(2));
+    assert_eq!(run(&["dance"]).status.code(), Some(2));
+}
+
+#[test]
+fn a_folder_that_holds_a_run_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = scene(dir.path(), "wisp.ron", WISP);
+    let out = dir.path().join("out");
+    let args = ["run", file.to_str().unwrap(), "--out", out.to_str().unwrap(), "--set", "time.end=0.003"];
+    assert_eq!(run(&args).status.code(), Some(0));
+    let (code, errors) = code_and_errors(&run(&args));
+    assert_eq!(code, Some(2));
+    assert!(errors.contains("--resume") && errors.contains("--force"), "{errors}");
+    let mut forced = args.to_vec();
+    forced.push("--force");
+    assert_eq!(run(&forced).status.code(), Some(0));
+}
+
+#[test]
+fn an_impossible_step_ends_with_code_one_and_names_stage_time_strand_and_vertex() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = scene(dir.path(), "wisp.ron", WISP);
+    let out = dir.path().join("out");
+    // one Newton iteration to a tolerance at round-off: no step size can help
+    let sets = ["solver.rods.max_iterations=1", "solver.rods.tolerance=1e-15"];
+    let output =
+        run(&["run", file.to_str().unwrap(), "--out", out.to_str().unwrap(), "--set", sets[0], "--set", sets[1]]);
+    let (code, errors) = code_and_errors(&output);
+    assert_eq!(code, Some(1), "{errors}");
+    assert!(errors.contains("stage `mixture`") && errors.contains("strand") && errors.contains("vertex"), "{errors}");
+    let summary = fs::read_to_string(out.join("summary.json")).unwrap();
+    assert!(summary.contains("\"failed\"") && summary.contains("\"failure\""), "{summary}");
+}
+
+#[test]
+fn a_checkpoint_of_another_scene_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = scene(dir.path(), "wisp.ron", WISP);
+    let out = dir.path().join("out");
+    let out = out.to_str().unwrap();
+    assert_eq!(run(&["run", file.to_str().unwrap(), "--out", out, "--until", "0.02"]).status.code(), Some(0));
+    let other = run(&["run", file.to_str().unwrap(), "--out", out, "--resume", "--set", "seed=12"]);
+    let (code, errors) = code_and_errors(&other);
+    assert_eq!(code, Some(2), "{errors}");
+    assert!(errors.contains("another scene"), "{errors}");
+}

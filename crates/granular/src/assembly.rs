@@ -305,7 +305,17 @@ impl Assembly {
                         let j = c.other as usize;
                         let (separation, _, wrapped) = s.cell.nearest(g.x[j] - g.x[i], g.y[j] - g.y[i]);
                         let touch = g.radius[i] + g.radius[j];
-                        views.push(view(i as u32, c.other, c.kind, c.spring, c.rest, touch, separation, !wrapped, flat(separation)));
+                        views.push(view(
+                            i as u32,
+                            c.other,
+                            c.kind,
+                            c.spring,
+                            c.rest,
+                            touch,
+                            separation,
+                            !wrapped,
+                            flat(separation),
+                        ));
                     }
                 }
                 views
@@ -316,7 +326,17 @@ impl Assembly {
                     let p = s.pairs[k];
                     let touch = s.bodies[p.i as usize].radius + s.bodies[p.j as usize].radius;
                     let direct = p.columns == 0 && p.rows == 0;
-                    view(p.i, p.j, s.kind[k], s.spring[k], s.rest[k], touch, s.separation(&p), direct, flat(s.separation(&p)))
+                    view(
+                        p.i,
+                        p.j,
+                        s.kind[k],
+                        s.spring[k],
+                        s.rest[k],
+                        touch,
+                        s.separation(&p),
+                        direct,
+                        flat(s.separation(&p)),
+                    )
                 })
                 .collect(),
         }

@@ -79,10 +79,8 @@ pub fn frame(assembly: &Assembly) -> Frame {
         }
         let tangential = if matches!(assembly, Assembly::Spheres(_)) { 0.0 } else { c.tangential_force };
         let normal = [c.separation[0] / d, c.separation[1] / d];
-        let f = [
-            c.normal_force * normal[0] - tangential * normal[1],
-            c.normal_force * normal[1] + tangential * normal[0],
-        ];
+        let f =
+            [c.normal_force * normal[0] - tangential * normal[1], c.normal_force * normal[1] + tangential * normal[0]];
         // Each grain takes the part of the branch vector inside it, split at the contact point.
         let (ri, rj) = (grains.radius[i], grains.radius[j]);
         let branch = c.separation.map(|s| -s);

@@ -357,6 +357,15 @@ impl Rheometer {
         self.facts.particles = particles(self.assembly.len(), &direct_links(&self.assembly)).1;
     }
 
+    /// Drops the lists of possible partners, so that the next step searches all pairs anew; changes cost, not results.
+    pub fn forget_candidates(&mut self) {
+        match &mut self.assembly {
+            Assembly::Directed(s) => s.forget_candidates(),
+            Assembly::Undirected(s) => s.valid = false,
+            Assembly::Spheres(s) => s.valid = false,
+        }
+    }
+
     /// Contacts per grain, links included.
     pub fn coordination(&self) -> f64 {
         let touching = self.assembly.contacts().iter().filter(|c| c.kind != ContactKind::Apart).count();

@@ -97,7 +97,12 @@ fn voronoi(assembly: &Assembly, points: usize, fuzziness: f64, random: &mut Rand
 }
 
 /// Nearest point in space for each sphere.
-fn voronoi_of_spheres(s: &crate::spheres::SphereSample, points: usize, fuzziness: f64, random: &mut Random) -> Vec<u32> {
+fn voronoi_of_spheres(
+    s: &crate::spheres::SphereSample,
+    points: usize,
+    fuzziness: f64,
+    random: &mut Random,
+) -> Vec<u32> {
     let (cell, depth) = (s.cell, s.depth());
     let sites: Vec<[f64; 3]> = (0..points)
         .map(|_| [random.uniform() * cell.width, random.uniform() * cell.height, random.uniform() * depth])

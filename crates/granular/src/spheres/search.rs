@@ -91,8 +91,7 @@ impl SphereSample {
         let slope = self.cell.strain - (self.cell.strain / turn).round() * turn;
         let most = (n as f64).cbrt().max(3.0) * 2.0;
         let count = |length: f64| ((length / reach).min(most).floor() as i64).max(1);
-        let bins =
-            [count(self.cell.width / (1.0 + slope * slope).sqrt()), count(self.cell.height), count(self.depth)];
+        let bins = [count(self.cell.width / (1.0 + slope * slope).sqrt()), count(self.cell.height), count(self.depth)];
         let close = |i: usize, j: usize| {
             let (a, b) = (&self.balls[i], &self.balls[j]);
             let (s, _) = self.nearest(std::array::from_fn(|c| b.position[c] - a.position[c]));
@@ -100,15 +99,14 @@ impl SphereSample {
             super::state::dot(s, s) < limit * limit
         };
         if n <= 64 || bins.iter().any(|b| *b < 3) {
-            return (0..n).into_par_iter().map(|i| (i + 1..n).filter(|&j| close(i, j)).map(|j| j as u32).collect()).collect();
+            return (0..n)
+                .into_par_iter()
+                .map(|i| (i + 1..n).filter(|&j| close(i, j)).map(|j| j as u32).collect())
+                .collect();
         }
         let place = |i: usize| -> [i64; 3] {
             let p = self.balls[i].position;
-            let u = [
-                (p[0] - slope * p[1]) / self.cell.width,
-                p[1] / self.cell.height,
-                p[2] / self.depth,
-            ];
+            let u = [(p[0] - slope * p[1]) / self.cell.width, p[1] / self.cell.height, p[2] / self.depth];
             std::array::from_fn(|c| ((u[c] * bins[c] as f64).floor() as i64).rem_euclid(bins[c]))
         };
         let index = |b: [i64; 3]| ((b[2] * bins[1] + b[1]) * bins[0] + b[0]) as usize;

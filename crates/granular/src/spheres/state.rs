@@ -77,7 +77,11 @@ impl SphereSample {
     /// # Errors
     /// [`GranularError`] for non-finite or empty spheres, a box without depth, or one that is neither sheared nor periodic.
     pub fn new(
-        balls: Vec<Ball>, cell: Cell, depth: f64, model: ContactModel, rules: Rules,
+        balls: Vec<Ball>,
+        cell: Cell,
+        depth: f64,
+        model: ContactModel,
+        rules: Rules,
     ) -> Result<Self, GranularError> {
         require("depth", depth, |d| d > 0.0, "positive [µm]")?;
         if !cell.boundary.periodic_y() {

@@ -270,7 +270,14 @@ impl SphereSample {
         }
         p.spring = spring;
         sums.contacts += 1;
-        sums.stiffest = sums.stiffest.max(stiffness * (a.inverse_mass + b.inverse_mass));
+        let inverse_masses = a.inverse_mass + b.inverse_mass;
+        let (shear, drag) = if permanent {
+            (m.tangential_spring * ft, (m.viscosity * fv).max(m.tangential_viscosity * ftv))
+        } else {
+            (m.tangential_spring, m.viscosity.max(m.tangential_viscosity))
+        };
+        let rate = drag * inverse_masses;
+        sums.stiffest = sums.stiffest.max((stiffness.max(shear) * inverse_masses).max(rate * rate));
         let f: [f64; 3] = std::array::from_fn(|c| central * n[c] + tangential[c]);
         // The arm on either sphere is its share of the branch: torque = (d r/(r_i + r_j)) n × T.
         let couple = cross(n, tangential).map(|c| c * share);

@@ -13,8 +13,8 @@
 //! tearing            plastic history of a particle: detection of tearing, torn increments, recovery
 //! drag               force of the liquid on a piece of strand, with yield sticking
 //! viscometer         rheometer experiments on one material point, and an independent reference for them
-//! yarn               energy, stress and friction cones of a yarn segment
 //! material_point     MaterialPoint: one particle by itself
+//! yarn               energy, stress and friction cones of a yarn segment
 //! fit                yield stress, consistency and index from a measured flow curve, with confidence intervals
 //! summary            a material described: class, readings, flow curve as data, table and plot
 //! ```

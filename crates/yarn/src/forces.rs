@@ -25,12 +25,24 @@ pub(crate) struct Forces<const D: usize> {
 }
 
 impl<const D: usize> Forces<D> {
-    /// Evaluates all forces.
-    pub fn evaluate(&mut self, model: &YarnModel<D>, position: &[SVector<f64, D>], deformation: &[SMatrix<f64, D, D>]) {
-        let n = model.len();
+    /// Makes room for `n` entries.
+    pub fn resize(&mut self, n: usize) {
         self.traction.resize(n, SVector::zeros());
         self.section.resize(n, SMatrix::zeros());
         self.bending.resize(n, [SVector::zeros(); 2]);
+    }
+
+    /// Evaluates all forces at `position` and `deformation`; section columns are advanced by the grid from `carried`.
+    ///
+    /// For explicit steps `carried` is `deformation` itself, for implicit ones the deformation at the beginning of the step.
+    pub fn evaluate(
+        &mut self,
+        model: &YarnModel<D>,
+        position: &[SVector<f64, D>],
+        deformation: &[SMatrix<f64, D, D>],
+        carried: &[SMatrix<f64, D, D>],
+    ) {
+        self.resize(model.len());
         self.traction
             .par_chunks_mut(CHUNK)
             .zip(self.section.par_chunks_mut(CHUNK))
@@ -42,7 +54,7 @@ impl<const D: usize> Forces<D> {
                     if model.has_segment(i) {
                         let stress = stress(model, i, &deformation[i]);
                         traction[k] = stress.column(0) * (model.volume[i] / model.rest_length[i]);
-                        section[k] = section_moment(&stress, &deformation[i], model.volume[i]);
+                        section[k] = section_moment(&stress, &carried[i], model.volume[i]);
                     }
                     bending[k] = bending_gradient(model, i, position);
                 }

@@ -121,7 +121,7 @@ pub(crate) fn step<const D: usize>(
     let mut solve = SolveOutcome::default();
     match &settings.step.integrator {
         Integrator::Explicit => {
-            scratch.forces.evaluate(model, &state.position, &state.deformation);
+            scratch.forces.evaluate(model, &state.position, &state.deformation, &state.deformation);
             particles_to_grid(model, state, Some((&scratch.forces, dt)), &mut scratch.transfer);
             nodes::update(&mut scratch.transfer, &posed, &loads, dt, least_mass, &mut scratch.blocks);
             totals.add(&scratch.blocks);

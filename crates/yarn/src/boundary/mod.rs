@@ -3,7 +3,7 @@
 mod obstacle;
 mod wall;
 
-pub(crate) use obstacle::{Obstacle, PosedObstacle};
+pub(crate) use obstacle::{Obstacle, PosedObstacle, rub};
 pub(crate) use wall::Walls;
 
 use std::path::Path;

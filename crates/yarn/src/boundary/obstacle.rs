@@ -85,6 +85,11 @@ impl PosedObstacle<'_> {
         }
     }
 
+    /// Coulomb coefficient and restitution.
+    pub fn surface(&self) -> (f64, f64) {
+        (self.friction, self.restitution)
+    }
+
     /// Velocity of a node after contact: approaching nodes inside the body are reflected and rubbed.
     #[inline]
     pub fn contact<const D: usize>(&self, x: &SVector<f64, D>, velocity: SVector<f64, D>) -> SVector<f64, D> {
@@ -100,11 +105,6 @@ impl PosedObstacle<'_> {
         }
         let along = rub(relative - normal * approach, self.friction * (1.0 + self.restitution) * approach.abs());
         body + along - normal * (self.restitution * approach)
-    }
-
-    /// Coulomb coefficient.
-    pub fn friction(&self) -> f64 {
-        self.friction
     }
 }
 

@@ -139,7 +139,7 @@ pub enum YarnShape {
         width: f64,
         /// Distance from row to row [m], positive; a loop is twice as high.
         height: f64,
-        /// Depth of the loops [m]; must let the yarns pass each other.
+        /// Depth of the loops [m]; yarns of neighbouring rows pass at about 0.45 of it.
         depth: f64,
     },
     /// Yarns of random course in a ball (disc in 2-D).

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use rods::{RodSet, StepReason};
 use serde_json::{Map, Value, json};
 
-use super::{BuildError, Ledger, Reaction, StrandWorld, World, WorldState, measure};
+use super::{Ledger, Reaction, StrandWorld, World, WorldState, measure};
 use crate::record::frame::Frame;
 use crate::stages::Step;
 use crate::system::{Column, Element, Rejection, RejectionReason, StateError, StepLimit, System};
@@ -13,17 +13,6 @@ use crate::system::{Column, Element, Rejection, RejectionReason, StateError, Ste
 const HELD_MOTION: f64 = 1.0;
 
 impl StrandWorld {
-    /// Finds rest shapes in which the given strands are in equilibrium under gravity.
-    pub(super) fn make_sagfree(
-        &self,
-        rods: &mut RodSet,
-        strands: &[usize],
-        gravity: Vector3<f64>,
-    ) -> Result<(), BuildError> {
-        let _ = (rods, strands, gravity);
-        Err(BuildError::Sagfree("not there yet".to_owned()))
-    }
-
     /// Gives held vertices that move from the start their velocity, so that the first step does not jerk.
     pub(super) fn start_held_parts(&self, rods: &mut RodSet) {
         for part in &self.held {

@@ -157,9 +157,6 @@ impl World {
                 friction: built.friction,
                 group: built.group,
             };
-            if !built.sagfree.is_empty() {
-                strands.make_sagfree(&mut state.rods, &built.sagfree, scene.gravity)?;
-            }
             strands.start_held_parts(&mut state.rods);
             Some(strands)
         };

@@ -7,6 +7,7 @@
 
 pub mod case;
 pub mod cases;
+pub mod hard;
 pub mod report;
 pub mod run;
 

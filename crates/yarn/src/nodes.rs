@@ -58,7 +58,14 @@ pub(crate) struct Totals<const D: usize> {
 impl<const D: usize> Totals<D> {
     pub fn new(obstacles: usize, pins: usize) -> Self {
         let zero = SVector::zeros();
-        Self { body: zero, walls: zero, lost: zero, massless: 0, obstacles: vec![zero; obstacles], pins: vec![zero; pins] }
+        Self {
+            body: zero,
+            walls: zero,
+            lost: zero,
+            massless: 0,
+            obstacles: vec![zero; obstacles],
+            pins: vec![zero; pins],
+        }
     }
 
     /// Adds the impulses of blocks in their order.

@@ -129,7 +129,16 @@ pub(crate) fn step<const D: usize>(
         Integrator::Implicit(implicit) => {
             particles_to_grid(model, state, None, &mut scratch.transfer);
             solve = crate::implicit::solve(
-                setting, implicit, state, scratch, &posed, &loads, &targets, dt, least_mass, &mut totals,
+                setting,
+                implicit,
+                state,
+                scratch,
+                &posed,
+                &loads,
+                &targets,
+                dt,
+                least_mass,
+                &mut totals,
             )?;
         }
     }
@@ -156,7 +165,11 @@ pub(crate) fn step<const D: usize>(
 }
 
 /// Velocities that bring driven vertices to their places at the end of the step.
-fn drive_targets<const D: usize>(boundary: &Boundary<D>, state: &YarnState<D>, dt: f64) -> Vec<(usize, SVector<f64, D>)> {
+fn drive_targets<const D: usize>(
+    boundary: &Boundary<D>,
+    state: &YarnState<D>,
+    dt: f64,
+) -> Vec<(usize, SVector<f64, D>)> {
     boundary
         .drives
         .iter()

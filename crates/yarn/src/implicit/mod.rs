@@ -113,7 +113,9 @@ pub(crate) fn solve<const D: usize>(
         work.star.push(momentum::<D>(packed) / mass + change);
         work.mass.push(mass);
     }
-    for vector in [&mut work.trial, &mut work.residual, &mut work.direction, &mut work.search, &mut work.image, &mut work.left] {
+    for vector in
+        [&mut work.trial, &mut work.residual, &mut work.direction, &mut work.search, &mut work.image, &mut work.left]
+    {
         vector.resize(count, SVector::zeros());
     }
     work.velocity.clone_from(&work.star);

@@ -4,7 +4,7 @@ use geometry::{Motion, ShapeDescription, Vector3};
 use serde_json::Value;
 
 use crate::settings::*;
-use crate::{YarnGroup, YarnShape, YarnSettings, YarnSystem};
+use crate::{YarnGroup, YarnSettings, YarnShape, YarnSystem};
 
 /// The set-up of the reference: two yarns, three circles, an attractor on an orbit.
 fn settings(compat: bool) -> YarnSettings {
@@ -38,12 +38,7 @@ fn settings(compat: bool) -> YarnSettings {
         yarns: vec![line(a), YarnGroup { velocity: vec![0.5, -2.0], ..line(b) }],
         gravity: vec![0.0, -9.8],
         attractor: Some(AttractorSettings {
-            path: PathSettings::Orbit {
-                center: vec![0.5, 0.6],
-                radii: (0.2, 0.1),
-                angular_velocity: 40.0,
-                phase: 0.0,
-            },
+            path: PathSettings::Orbit { center: vec![0.5, 0.6], radii: (0.2, 0.1), angular_velocity: 40.0, phase: 0.0 },
             strength: vec![(0.0, 20.0)],
             softening: 0.01,
         }),
@@ -82,12 +77,18 @@ fn compare(file: &str, compat: bool, checksum: f64) {
         };
         let position: Vec<f64> = state.position.iter().flatten().copied().collect();
         let velocity: Vec<f64> = state.velocity.iter().flatten().copied().collect();
-        let affine: Vec<f64> = state.affine.iter().flat_map(|c| c.transpose().iter().copied().collect::<Vec<_>>()).collect();
+        let affine: Vec<f64> =
+            state.affine.iter().flat_map(|c| c.transpose().iter().copied().collect::<Vec<_>>()).collect();
         assert!(worst("x2", position) < 1e-10, "positions at step {step}");
         assert!(worst("v2", velocity) < 1e-10, "velocities at step {step}");
         assert!(worst("C2", affine) < 1e-8, "affine velocities [1/s] at step {step}");
         let energy = system.energy();
-        for (key, value) in [("kinetic", energy.kinetic), ("elastic", energy.elastic), ("bending", energy.bending), ("gravity", energy.gravity)] {
+        for (key, value) in [
+            ("kinetic", energy.kinetic),
+            ("elastic", energy.elastic),
+            ("bending", energy.bending),
+            ("gravity", energy.gravity),
+        ] {
             let theirs = snapshot["energy"][key].as_f64().unwrap();
             assert!((value - theirs).abs() < 1e-10 * energy.kinetic.max(1e-3), "{key} {value} {theirs} at step {step}");
         }

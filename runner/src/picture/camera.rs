@@ -209,7 +209,7 @@ impl Camera {
     }
 
     /// The same scene as seen from a light, given by its direction in this camera's axes, on a square of `side` pixels.
-    pub(super) fn from_light(&self, direction: [f32; 3], side: usize) -> Camera {
+    pub(super) fn seen_from_light(&self, direction: [f32; 3], side: usize) -> Camera {
         let toward = (0..3).map(|k| self.axes[k] * f64::from(direction[k])).sum::<Vector3<f64>>().normalize();
         let right = self.axes[1].cross(&toward).try_normalize(1e-6).unwrap_or(self.axes[0]);
         let axes = [right, toward.cross(&right), toward];

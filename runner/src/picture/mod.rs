@@ -62,7 +62,7 @@ pub fn still(frame: &Frame, options: &PictureOptions) -> RgbImage {
 pub fn render(frame: &Frame, camera: &Camera, options: &PictureOptions) -> RgbImage {
     let factor = options.supersample.clamp(1, 4);
     let seen = primitives::collect(frame, camera, &options.color, factor);
-    let light = camera.from_light(raster::LIGHT, (factor * camera.width.max(camera.height)).min(2048));
+    let light = camera.seen_from_light(raster::LIGHT, (factor * camera.width.max(camera.height)).min(2048));
     let lit = primitives::collect(frame, &light, &ColorBy::Piece, 1);
     raster::render(&seen, &lit, camera, &light, factor)
 }

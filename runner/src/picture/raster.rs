@@ -174,7 +174,7 @@ impl Rows<'_> {
     fn triangle(&mut self, t: &Triangle) {
         let [a, b, c] = t.corners;
         let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-        if !(area.abs() > 1e-6) {
+        if area.abs() <= 1e-6 || !area.is_finite() {
             return;
         }
         let rows = self.depth.len() / self.width;

@@ -14,5 +14,6 @@ pub mod frame;
 pub mod frame_files;
 pub mod ply;
 pub mod provenance;
+pub mod recorder;
 pub mod series;
 pub mod vtk;

@@ -168,7 +168,7 @@ fn legend_layout(lines: &[Line]) -> Vec<(f64, f64)> {
     lines
         .iter()
         .map(|line| {
-            let width = 34.0 + 6.8 * line.name.chars().count() as f64;
+            let width = 36.0 + 7.3 * line.name.chars().count() as f64;
             if column > 0.0 && column + width > WIDTH - LEFT - RIGHT {
                 (column, row) = (0.0, row + 1.0);
             }
@@ -291,7 +291,8 @@ fn strip(svg: &mut String, plot: &Plot, top: f64, x: &dyn Fn(f64) -> f64) {
     let mut at = LEFT;
     for (word, count) in words.iter().take(5) {
         let share = 100.0 * *count as f64 / plot.strip.len() as f64;
-        let text = format!("{} {share:.0} %", escape(word));
+        let share = if share < 0.5 { "<1".to_owned() } else { format!("{share:.0}") };
+        let text = format!("{} {} %", escape(word), escape(&share));
         let _ = write!(
             svg,
             "<rect x=\"{at:.1}\" y=\"{:.1}\" width=\"8\" height=\"8\" fill=\"{}\"/><text x=\"{:.1}\" y=\"{:.1}\">{text}</text>",
@@ -300,7 +301,7 @@ fn strip(svg: &mut String, plot: &Plot, top: f64, x: &dyn Fn(f64) -> f64) {
             at + 11.0,
             top + 22.0
         );
-        at += 24.0 + 6.0 * text.chars().count() as f64;
+        at += 26.0 + 6.8 * text.chars().count() as f64;
     }
 }
 

@@ -83,9 +83,11 @@ fn hash_number(hash: &str) -> u64 {
 pub fn step_control(scene: &Scene) -> StepControl {
     match &scene.time.step {
         SceneStep::Fixed(step) => StepControl::Fixed(*step),
-        SceneStep::Adaptive(adaptive) => {
-            StepControl::Adaptive { max: adaptive.max, min: adaptive.min.unwrap_or(adaptive.max * 1e-6), safety: 1.0 }
-        }
+        SceneStep::Adaptive(adaptive) => StepControl::Adaptive {
+            max: adaptive.max,
+            min: adaptive.min.unwrap_or(adaptive.max * 1e-6),
+            safety: 1.0,
+        },
     }
 }
 

@@ -46,7 +46,7 @@ pub(super) struct Primitives {
 /// Smallest radius drawn, as a share of the picture's height: hair is far thinner than a pixel and must still be seen.
 const MIN_RADIUS: f64 = 0.0016;
 /// How strongly the thinnest hair is drawn.
-const MIN_COVERAGE: f64 = 0.75;
+const MIN_COVERAGE: f64 = 0.94;
 
 pub(super) fn collect(frame: &Frame, camera: &Camera, color: &ColorBy, factor: usize) -> Primitives {
     let mut all = Primitives::default();

@@ -141,9 +141,7 @@ impl System for World {
         let (time, state): (f64, WorldState) = postcard::from_bytes(bytes).map_err(StateError::from_display)?;
         if state.rods.first_vertex != self.state.rods.first_vertex {
             let (saved, here) = (state.rods.strand_count(), self.state.rods.strand_count());
-            return Err(StateError(format!(
-                "it holds {saved} strands with other vertices than the {here} of the scene"
-            )));
+            return Err(StateError(format!("it holds {saved} strands with other vertices than the {here} of the scene")));
         }
         // what the scene says about the strands holds, also for a branch that changes it; what moved is taken over
         self.state.copy_from(&state);

@@ -78,10 +78,10 @@ pub fn row(world: &World, out: &mut Vec<f64>) {
     }
     if strands.held.len() > MOST_CLAMP_COLUMNS {
         let zero = super::Reaction::default();
-        let sum = strands
-            .reactions
-            .iter()
-            .fold(zero, |sum, r| super::Reaction { force: sum.force + r.force, torque: sum.torque + r.torque });
+        let sum = strands.reactions.iter().fold(zero, |sum, r| super::Reaction {
+            force: sum.force + r.force,
+            torque: sum.torque + r.torque,
+        });
         out.extend(sum.force.iter().chain(sum.torque.iter()));
     } else {
         for reaction in &strands.reactions {

@@ -5,8 +5,8 @@ use std::path::Path;
 use geometry::{Axis, MovingSolid, ShapeDescription, Surface};
 
 use super::{BuildError, script};
-use crate::scene::solids::{Solid, Volume};
 use crate::scene::{Scene, UnitSystem};
+use crate::scene::solids::{Solid, Volume};
 
 /// A solid with the name and coefficients that the scene gives it.
 #[derive(Clone, Debug)]
@@ -63,9 +63,12 @@ pub fn mesh_unit(scene: &Scene) -> f64 {
 pub fn describe(volume: &Volume, mesh_unit: f64) -> ShapeDescription {
     match volume {
         Volume::Sphere(s) => ShapeDescription::Sphere { center: s.center, radius: s.radius },
-        Volume::Box(b) => {
-            ShapeDescription::Box { center: b.center, half_extents: b.half_size, rotation: b.rotate, rounding: 0.0 }
-        }
+        Volume::Box(b) => ShapeDescription::Box {
+            center: b.center,
+            half_extents: b.half_size,
+            rotation: b.rotate,
+            rounding: 0.0,
+        },
         Volume::Cylinder(c) => ShapeDescription::Cylinder {
             center: c.center,
             axis: Axis::Along(c.axis.0),

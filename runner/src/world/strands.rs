@@ -43,7 +43,12 @@ pub struct BuiltStrands {
 /// # Errors
 /// When a strand cannot be built; the message names it.
 pub fn build(scene: &Scene, strands: &[StrandGeometry]) -> Result<BuiltStrands, BuildError> {
-    let mut built = BuiltStrands { rods: RodSet::new(), held: Vec::new(), friction: Vec::new(), group: Vec::new() };
+    let mut built = BuiltStrands {
+        rods: RodSet::new(),
+        held: Vec::new(),
+        friction: Vec::new(),
+        group: Vec::new(),
+    };
     for geometry in strands {
         let description = &scene.strands[geometry.group];
         let fibre = scene.fibre(&description.material).ok_or_else(|| BuildError::Strand {
@@ -113,7 +118,11 @@ fn as_given(spec: &StrandSpec) -> Result<RestShape, rods::RodError> {
 }
 
 /// The rest shape and rest lengths for which the strand as given is in equilibrium under gravity.
-fn sag_free(spec: &StrandSpec, geometry: &StrandGeometry, scene: &Scene) -> Result<(RestShape, Vec<f64>), BuildError> {
+fn sag_free(
+    spec: &StrandSpec,
+    geometry: &StrandGeometry,
+    scene: &Scene,
+) -> Result<(RestShape, Vec<f64>), BuildError> {
     let refuse = |error: rods::RodError| BuildError::Sagfree(error.to_string());
     let mut alone = RodSet::new();
     alone.add_strand(spec).map_err(refuse)?;

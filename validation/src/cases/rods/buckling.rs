@@ -1,8 +1,8 @@
 //! Onsets of instability, each found twice: by the smallest eigenvalue of the exact stiffness and by watching a run.
 
 use super::reference::{greenhill_column, lateral_buckling, michell_twist, twisted_rod_moment};
-use super::setup::{Family, GRAVITY, Member, THIN, V, cantilever, report_order, thin_material, thin_weight};
-use crate::case::{Case, CaseError, Outcome, Param, Params};
+use super::setup::{Family, GRAVITY, Member, THIN, V, cantilever, observed_order, report_order, thin_material, thin_weight};
+use crate::case::{Case, CaseError, Outcome, Param, Params, Table};
 use rods::{Boundary, FixedAngle, FixedEdge, FixedVertex, RodSet, StrandSpec};
 use std::f64::consts::{PI, TAU};
 
@@ -196,6 +196,10 @@ fn run_michell(p: &Params) -> Result<Outcome, CaseError> {
             let mut boundary = Boundary::default();
             boundary.clamp(&rods, 0, rods::End::Root);
             boundary.clamp(&rods, 0, rods::End::Tip);
+            // the ring can turn about its clamped tangent without energy (its sections turn back): the opposite corner
+            // is kept in the plane, which takes that freedom away and nothing else
+            let components = [false, false, true];
+            boundary.vertices.push(FixedVertex { vertex: sides / 2, position: V::zeros(), components });
             // on the fundamental branch the ring stays in its plane
             let mut symmetric = boundary.clone();
             for vertex in 0..sides + 2 {
@@ -217,8 +221,8 @@ fn run_michell(p: &Params) -> Result<Outcome, CaseError> {
 fn run_twisted(p: &Params) -> Result<Outcome, CaseError> {
     let n = p.count_in("vertices", 33, 501)?;
     let tension = p.number_in("tension", 20.0, 4000.0)?;
-    if (n as f64 - 1.0) < 2.0 * tension.sqrt() {
-        return Err(p.reject("vertices", "at least two edges per length sqrt(EI/T)"));
+    if (n as f64 - 1.0) < 3.0 * tension.sqrt() {
+        return Err(p.reject("vertices", "at least three edges per length sqrt(EI/T)"));
     }
     let mut out = Outcome::new();
     let bending = 1e-3;
@@ -252,7 +256,10 @@ fn run_twisted(p: &Params) -> Result<Outcome, CaseError> {
             Ok(Member { rods, gravity: V::zeros(), force, boundary, symmetric: Some(symmetric) })
         },
     };
-    study(p, &mut out, finite * infinite, counts(n, (2.0 * tension.sqrt()) as usize / 4), 0.03 * coarse(n, 81), "moment", family)?;
+    // the wave number is √T: coarser rods than one radian per edge would not see the mode
+    let edges = n as f64 - 1.0;
+    let counts = [0.35, 0.5, 0.7, 1.0].map(|share: f64| (share * edges).round() as usize + 1);
+    study(p, &mut out, finite * infinite, counts, 0.03 * coarse(n, 81), "moment", family)?;
     out.info("moment_infinite_rod", infinite);
     Ok(out)
 }
@@ -263,7 +270,7 @@ pub const BEND_TWIST: Case = Case {
     about: "A hanging, naturally curved rod: the weight at which the planar hook gives way to a three-dimensional shape, found twice, under refinement and rescaling (no published number).",
     params: &[
         Param::number("curvature", 8.0, "1", "natural curvature times length"),
-        Param::count("vertices", 41, "vertices of the finest rod"),
+        Param::count("vertices", 81, "vertices of the finest rod"),
         DYNAMIC,
     ],
     run: run_bend_twist,
@@ -273,9 +280,8 @@ pub const BEND_TWIST: Case = Case {
 fn hook(n: usize, curvature: f64, length: f64) -> Family<impl Fn(f64) -> Result<Member, CaseError>> {
     Family {
         build: move |gamma: f64| {
-            let mut material = thin_material(thin_weight());
             // the same material for every length: gravity carries the load parameter
-            material.young_modulus *= 1.0;
+            let material = thin_material(thin_weight());
             let edge = length / (n as f64 - 1.5);
             let k = curvature / length;
             // start from the stress-free arc, which bends away from the vertical clamp in the plane y = 0
@@ -338,7 +344,17 @@ fn run_bend_twist(p: &Params) -> Result<Outcome, CaseError> {
     let finest = onsets[3].1;
     out.info("gamma", finest);
     let change = (onsets[3].1 / onsets[2].1 - 1.0).abs();
+    // the limit by Richardson's extrapolation of the two finest, and the order seen against it
+    let limit = onsets[3].1 + (onsets[3].1 - onsets[2].1) / 3.0;
+    out.info("gamma_extrapolated", limit);
+    let errors: Vec<(f64, f64)> = onsets[..3].iter().map(|(h, g)| (*h, (g / limit - 1.0).abs())).collect();
+    out.measure("order_gamma", observed_order(&errors, 1e-6), |o| o > 1.5, "an observed order above 1.5");
     out.measure("refinement_change", change, |c| c < 0.05, "onset changes by less than 5 % from half the vertices");
+    out.table(Table {
+        title: "weight at the onset against edge length".into(),
+        columns: vec!["edge length / rod length".into(), "rho g A L^3 / (E I)".into()],
+        rows: onsets.iter().map(|(h, g)| vec![format!("{h:.5}"), format!("{g:.5}")]).collect(),
+    });
     let rescaled = hook_onset(n, curvature, 0.01)?;
     out.compare("gamma_rescaled", rescaled, finest, 1e-4);
     if p.flag("dynamic")? {

@@ -34,7 +34,6 @@ pub fn thin_weight() -> f64 {
 pub struct Cantilever {
     pub rods: RodSet,
     pub boundary: Boundary,
-    pub edge: f64,
 }
 
 /// Builds a straight cantilever along `axis` with `vertices` vertices; `shape` may change the specification.
@@ -51,7 +50,7 @@ pub fn cantilever(
     rods.add_strand(&spec).map_err(CaseError::failed)?;
     let mut boundary = Boundary::default();
     boundary.clamp(&rods, 0, End::Root);
-    Ok(Cantilever { rods, boundary, edge })
+    Ok(Cantilever { rods, boundary })
 }
 
 /// Brings the rods to rest.

@@ -35,7 +35,13 @@ fn release(gamma: f64, vertices: usize, steps: usize, time: f64, integrator: Int
 /// Tip of a cantilever plucked by a small velocity profile after `1.3` periods of its first mode.
 fn pluck(vertices: usize, steps: usize, integrator: Integrator) -> Result<(V, f64), CaseError> {
     let mut c = cantilever(vertices, V::x(), thin_material(thin_weight()), |spec, edge| {
-        let profile = |i: usize| ((i as f64 - 0.5) * edge).max(0.0).powi(2);
+        // the first clamped-free mode, so that no faster vibration blurs the figure
+        let beta = super::reference::clamped_free_root();
+        let sigma = (beta.cosh() + beta.cos()) / (beta.sinh() + beta.sin());
+        let profile = |i: usize| {
+            let x = beta * ((i as f64 - 0.5) * edge).max(0.0);
+            0.5 * (x.cosh() - x.cos() - sigma * (x.sinh() - x.sin()))
+        };
         spec.velocities = Some((0..vertices).map(|i| V::new(0.0, 0.0, 0.01 * profile(i))).collect());
     })?;
     // ω² = 3.516² EI/(ρ A L⁴) with EI = ρ A g L³

@@ -61,7 +61,7 @@ impl Default for RodSettings {
             max_iterations: 60,
             armijo: 1e-4,
             max_halvings: 24,
-            max_turn: 0.5,
+            max_turn: 0.1,
         }
     }
 }

@@ -86,17 +86,22 @@ pub fn cantilever(load: impl Fn(f64) -> f64, stiffness: impl Fn(f64) -> f64) -> 
         let (sin, cos) = y[0].sin_cos();
         [y[1] / stiffness(s), load(s) * sin, sin, cos]
     };
-    let steps = 4000;
-    let shoot = |tip: f64| integrate(rhs, [tip, 0.0, 0.0, 0.0], 1.0, 0.0, steps);
-    let root = bisect(
-        |logarithm: f64| {
-            let end = shoot(logarithm.exp())[0];
-            if end.is_finite() { end - FRAC_PI_2 } else { f64::INFINITY }
-        },
-        -200.0,
-        FRAC_PI_2.ln(),
-    )?;
-    let y = shoot(root.exp());
+    let shoot = |tip: f64, steps: usize| integrate(rhs, [tip, 0.0, 0.0, 0.0], 1.0, 0.0, steps);
+    let miss = |logarithm: f64, steps: usize| {
+        let end = shoot(logarithm.exp(), steps)[0];
+        if end.is_finite() { end - FRAC_PI_2 } else { f64::INFINITY }
+    };
+    // a heavy rod has further equilibria, curled up; the hanging one has the smallest angle at the tip
+    let (mut low, mut high) = (-150.0, -149.5);
+    while miss(high, 1000) < 0.0 {
+        low = high;
+        high = (high + 0.5).min(FRAC_PI_2.ln());
+        if low == high {
+            return None;
+        }
+    }
+    let root = bisect(|l| miss(l, 4000), low - 0.01, high + 0.01)?;
+    let y = shoot(root.exp(), 4000);
     // integrated backwards: the coordinates come out negative
     Some(Reach { x: -y[2], drop: -y[3] })
 }

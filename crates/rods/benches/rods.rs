@@ -25,9 +25,8 @@ fn hair(strands: usize) -> RodSet {
             })
             .collect();
         let mut spec = StrandSpec::new(positions, 5e-5, StrandMaterial::default());
-        spec.velocities = Some(
-            (0..VERTICES).map(|i| Vector3::new(0.3 * (0.2 * i as f64 + phase).sin(), 0.1, -0.5)).collect(),
-        );
+        spec.velocities =
+            Some((0..VERTICES).map(|i| Vector3::new(0.3 * (0.2 * i as f64 + phase).sin(), 0.1, -0.5)).collect());
         rods.add_strand(&spec).unwrap();
     }
     rods

@@ -112,13 +112,7 @@ impl RodStepper {
     }
 
     /// Solves one step of length `dt` \[s\] without accepting it. The solution is read by [`velocity`](Self::velocity).
-    pub fn solve(
-        &mut self,
-        rods: &RodSet,
-        dt: f64,
-        loads: &Loads,
-        boundary: &Boundary,
-    ) -> Result<RodReport, RodError> {
+    pub fn solve(&mut self, rods: &RodSet, dt: f64, loads: &Loads, boundary: &Boundary) -> Result<RodReport, RodError> {
         self.scheme = None;
         self.settings.check()?;
         if !(dt.is_finite() && dt > 0.0) {
@@ -490,7 +484,6 @@ impl RodStepper {
         give(&self.pool, scratch);
         sum
     }
-
 }
 
 /// Groups handed to a thread at a time: enough to hide the hand-over, few enough to share evenly.

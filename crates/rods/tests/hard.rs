@@ -88,7 +88,10 @@ fn a_strand_folded_back_on_itself_opens() {
     assert!(furthest > 0.15, "{furthest}");
     // an exact fold has no direction to open in and is refused
     let flat = vec![V::zeros(), V::x(), V::zeros() + V::x() * 1e-3];
-    assert!(matches!(RodSet::new().add_strand(&StrandSpec::new(flat, 1e-4, hair(1e8))), Err(RodError::Geometry { .. })));
+    assert!(matches!(
+        RodSet::new().add_strand(&StrandSpec::new(flat, 1e-4, hair(1e8))),
+        Err(RodError::Geometry { .. })
+    ));
 }
 
 /// 200 turns of twist wound up and let go: continuous past every full turn, uniform, and unwinding gives the energy back.
@@ -195,8 +198,7 @@ fn a_snapshot_continues_with_the_same_bits() {
     for integrator in [Integrator::ImplicitEuler, Integrator::Bdf2, Integrator::ImplicitMidpoint] {
         let mut material = hair(3.7e9);
         material.viscosity = 1e5;
-        let (mut rods, boundary) =
-            clamped(&StrandSpec::straight(V::zeros(), V::x() * 0.1, 20, 5e-5, material));
+        let (mut rods, boundary) = clamped(&StrandSpec::straight(V::zeros(), V::x() * 0.1, 20, 5e-5, material));
         let loads = Loads::gravity(GRAVITY);
         let settings = RodSettings { integrator, ..Default::default() };
         let mut stepper = RodStepper::new(settings).unwrap();
@@ -226,12 +228,7 @@ fn drag_pulls_to_the_fluid_and_film_mass_falls_alike() {
     }
     assert!(rods.velocity.iter().all(|v| (v - wind[0]).norm() < 1e-6));
     let (mass, height) = (vec![1e-7; 11], vec![1e-4; 11]);
-    let loads = Loads {
-        gravity: GRAVITY,
-        film_mass: Some(&mass),
-        film_height: Some(&height),
-        ..Loads::default()
-    };
+    let loads = Loads { gravity: GRAVITY, film_mass: Some(&mass), film_height: Some(&height), ..Loads::default() };
     let before = rods.velocity[5];
     stepper.advance(&mut rods, 1e-3, &loads, &Boundary::default()).unwrap();
     assert!((rods.velocity[5] - before - GRAVITY * 1e-3).norm() < 1e-9);

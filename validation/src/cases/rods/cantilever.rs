@@ -92,7 +92,8 @@ fn run_tapered(p: &Params) -> Result<Outcome, CaseError> {
     let alpha = p.number_in("alpha", 1e-3, 20.0)?;
     let ratio = p.number_in("ratio", 0.1, 1.0)?;
     let vertices = p.count_in("vertices", 9, 2001)?;
-    let reference = tapered_cantilever(alpha, ratio).ok_or_else(|| p.reject("alpha", "a value with a hanging shape"))?;
+    let reference =
+        tapered_cantilever(alpha, ratio).ok_or_else(|| p.reject("alpha", "a value with a hanging shape"))?;
     study(vertices, reference, 1e-3 * (1.0 + alpha) / ratio.powi(2), |n| loaded(n, alpha, ratio))
 }
 

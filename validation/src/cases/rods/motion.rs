@@ -103,8 +103,7 @@ fn run_vibration(p: &Params) -> Result<Outcome, CaseError> {
     force[vertices - 1] = V::new(0.0, 0.0, 3e-3 * bending / (length * length));
     settle(&mut rods, &Loads { force: Some(&force), ..Loads::default() }, &boundary)?;
     let start = rods.position[vertices - 1].z;
-    let settings =
-        RodSettings { integrator: Integrator::ImplicitMidpoint, tolerance: 1e-10, ..RodSettings::default() };
+    let settings = RodSettings { integrator: Integrator::ImplicitMidpoint, tolerance: 1e-10, ..RodSettings::default() };
     let mut stepper = RodStepper::new(settings).map_err(CaseError::failed)?;
     let dt = 1.0 / (reference * per_period as f64);
     // three periods are enough; a strongly damped rod is measured over the first
@@ -274,11 +273,11 @@ fn discrete_helix(radius: f64, pitch: f64, turns: f64, n: usize) -> Result<(RodS
         positions.push(x);
         frame *= turn;
     }
-    let mut spec = StrandSpec::new(positions, 1e-3 * length, StrandMaterial {
-        young_modulus: 1e7,
-        density: 1000.0,
-        ..StrandMaterial::default()
-    })
+    let mut spec = StrandSpec::new(
+        positions,
+        1e-3 * length,
+        StrandMaterial { young_modulus: 1e7, density: 1000.0, ..StrandMaterial::default() },
+    )
     .with_rest(rods::RestShape::Uniform { curvature: [0.0, curvature], twist: torsion })
     .with_director(V::x());
     // director angles of the frames, measured from the space-parallel directors the set is built with
@@ -357,7 +356,8 @@ pub(super) fn refresh_frames(rods: &mut RodSet) {
         }
         for i in 1..v.len() - 1 {
             let (_, twist) = rods.element(s, i);
-            rods.reference_twist[v.start + i] = twist - (rods.twist_angle[e.start + i] - rods.twist_angle[e.start + i - 1]);
+            rods.reference_twist[v.start + i] =
+                twist - (rods.twist_angle[e.start + i] - rods.twist_angle[e.start + i - 1]);
         }
     }
 }

@@ -128,7 +128,8 @@ pub fn clamped_free_root() -> f64 {
 
 /// Greenhill's column: critical `ρ g A L³/(E I)`. `ψ'' = −Γ (1 − s) ψ`, `ψ(0) = 0`, `ψ'(1) = 0`; 7.837347.
 pub fn greenhill_column() -> f64 {
-    let clamp = |gamma: f64| integrate(|s, y: &[f64; 2]| [y[1], -gamma * (1.0 - s) * y[0]], [1.0, 0.0], 1.0, 0.0, 2000)[0];
+    let clamp =
+        |gamma: f64| integrate(|s, y: &[f64; 2]| [y[1], -gamma * (1.0 - s) * y[0]], [1.0, 0.0], 1.0, 0.0, 2000)[0];
     first_root(clamp, 1.0, 20.0, 40).unwrap_or(f64::NAN)
 }
 
@@ -136,7 +137,8 @@ pub fn greenhill_column() -> f64 {
 ///
 /// Twist `φ'' + β² z² φ = 0` with the distance `z` from the tip, `φ'(0) = 0`, `φ(1) = 0`.
 pub fn lateral_buckling() -> f64 {
-    let twist = |beta: f64| integrate(|z, y: &[f64; 2]| [y[1], -beta * beta * z * z * y[0]], [1.0, 0.0], 0.0, 1.0, 2000)[0];
+    let twist =
+        |beta: f64| integrate(|z, y: &[f64; 2]| [y[1], -beta * beta * z * z * y[0]], [1.0, 0.0], 0.0, 1.0, 2000)[0];
     first_root(twist, 0.5, 8.0, 40).unwrap_or(f64::NAN)
 }
 

@@ -66,8 +66,7 @@ pub fn resolutions(vertices: usize) -> [usize; 4] {
 
 /// Observed order: least-squares slope of log error against log spacing. Errors at round-off are left out.
 pub fn observed_order(points: &[(f64, f64)], floor: f64) -> f64 {
-    let p: Vec<(f64, f64)> =
-        points.iter().filter(|(_, e)| *e > floor).map(|(h, e)| (h.ln(), e.ln())).collect();
+    let p: Vec<(f64, f64)> = points.iter().filter(|(_, e)| *e > floor).map(|(h, e)| (h.ln(), e.ln())).collect();
     if p.len() < 2 {
         return f64::NAN;
     }
@@ -102,7 +101,12 @@ pub fn report_order(out: &mut Outcome, name: &str, points: &[(f64, f64)], floor:
         if points.last().is_some_and(|p| p.1 < 3e-3) {
             out.measure(&label, order, |o| o > 1.75, "an observed order above 1.75 (second order)");
         } else {
-            out.measure(&label, order, |o| o > 1.4, "an observed order above 1.4 (errors still too large for the limit)");
+            out.measure(
+                &label,
+                order,
+                |o| o > 1.4,
+                "an observed order above 1.4 (errors still too large for the limit)",
+            );
         }
     }
 }
@@ -214,7 +218,8 @@ impl<F: Fn(f64) -> Result<Member, CaseError>> Family<F> {
                 }
             }
         }
-        let settings = RodSettings { integrator: Integrator::ImplicitMidpoint, tolerance: 1e-11, ..RodSettings::default() };
+        let settings =
+            RodSettings { integrator: Integrator::ImplicitMidpoint, tolerance: 1e-10, ..RodSettings::default() };
         let mut stepper = RodStepper::new(settings).map_err(CaseError::failed)?;
         let distance = |rods: &RodSet| -> f64 {
             rods.position.iter().zip(&rest).map(|(x, y)| (x - y).norm_squared()).sum::<f64>().sqrt()
@@ -222,10 +227,13 @@ impl<F: Fn(f64) -> Result<Member, CaseError>> Family<F> {
         let dt = step * unit;
         let mut seen: Vec<(f64, f64)> = Vec::new();
         for step in 1..=6000 {
-            stepper.advance(&mut rods, dt, &loads, &member.boundary).map_err(CaseError::failed)?;
+            // a step too long for the motion shows as a solve that fails, or as growth in a few steps
+            if stepper.advance(&mut rods, dt, &loads, &member.boundary).is_err() {
+                return Ok(None);
+            }
             let d = distance(&rods);
             seen.push((dt * f64::from(step), d.ln()));
-            if d > 1e-3 * length {
+            if d > 1e-4 * length {
                 break;
             }
         }
@@ -234,7 +242,7 @@ impl<F: Fn(f64) -> Result<Member, CaseError>> Family<F> {
         let begin = seen.iter().map(|p| p.1).fold(f64::INFINITY, f64::min);
         let from = seen.iter().position(|p| p.1 > end - (end - begin) / 3.0).unwrap_or(0);
         let fit = &seen[from..];
-        if end < (1e-3 * length).ln() {
+        if end < (1e-4 * length).ln() {
             return Err(CaseError::failed(format!("no growth seen at {parameter}")));
         }
         if seen.len() < 60 {

@@ -1,6 +1,11 @@
 //! Frictional contact: detection, Delassus operator, complementarity solvers, cohesion, cross-check.
+pub mod assembly;
 pub mod block;
+pub mod cohesion;
+pub mod cross_check;
+pub mod detection;
 pub mod families;
+pub mod job;
 pub mod law;
 pub mod local;
 pub mod problem;

@@ -188,6 +188,20 @@ impl Group {
         .run(Some((&mut s.band.columns, mode)))
     }
 
+    pub fn bench_evaluate(&self, s: &mut Scratch, mode: Option<HessianMode>) -> f64 {
+        s.resize(self.nv);
+        let band = mode.map(|m| (s.band.columns.as_mut_slice(), m));
+        let value = Evaluation {
+            data: &self.data,
+            base: &self.base,
+            u: &self.u,
+            frames: &mut s.frames,
+            gradient: &mut s.gradient,
+        }
+        .run(band);
+        value.energy[0]
+    }
+
     /// Factors the matrix in `s.band`; where it is not positive definite, weaker ones of the same iterate.
     fn factor(&self, s: &mut Scratch, wanted: [bool; 4], mode: HessianMode) -> [HessianMode; 4] {
         let mut level = [mode; 4];

@@ -479,6 +479,20 @@ impl RodStepper {
     }
 }
 
+/// The parts of a Newton iteration on their own, for benchmarks.
+#[doc(hidden)]
+impl RodStepper {
+    /// Energy and gradient (and matrix) of every strand at the last solution; the sum of the energies.
+    pub fn bench_evaluate(&mut self, matrix: bool) -> f64 {
+        let mut scratch = take(&self.pool);
+        let mode = matrix.then_some(self.settings.hessian);
+        let sum = self.groups.iter().map(|g| g.bench_evaluate(&mut scratch, mode)).sum();
+        give(&self.pool, scratch);
+        sum
+    }
+
+}
+
 /// Groups handed to a thread at a time: enough to hide the hand-over, few enough to share evenly.
 fn chunk_size(groups: usize) -> usize {
     groups.div_ceil(64).clamp(1, 16)

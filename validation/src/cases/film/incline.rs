@@ -21,13 +21,7 @@ pub const CASE: Case = Case {
 };
 
 /// Steady speed of a film of the given height: accelerated and rubbed until it changes no more.
-fn steady_speed(
-    film: &mut FilmSolver,
-    height: f64,
-    radius: f64,
-    pull: f64,
-    time_scale: f64,
-) -> Result<f64, CaseError> {
+fn steady_speed(film: &mut FilmSolver, height: f64, radius: f64, pull: f64, time_scale: f64) -> Result<f64, CaseError> {
     let strand = Strand::new(4, radius, |_| 1e-3);
     let mut state = FilmState::new(&[4]);
     state.area.fill(film_area(height, 2.0 * radius));

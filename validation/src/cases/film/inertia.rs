@@ -39,7 +39,9 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
     let crossed = film.crossed_volume().to_vec();
     let impulse = |form, motion: &[Vector3<f64>]| {
         let mut out = vec![Vector3::zeros(); motion.len()];
-        impulses(form, &before, strand.view(), &crossed, motion, rho, dt, &mut out).map(|()| out).map_err(CaseError::failed)
+        impulses(form, &before, strand.view(), &crossed, motion, rho, dt, &mut out)
+            .map(|()| out)
+            .map_err(CaseError::failed)
     };
     let motion: Vec<Vector3<f64>> = (0..vertices)
         .map(|i| Vector3::new((0.2 * i as f64).sin(), 1.0 + 0.02 * i as f64, (0.13 * i as f64).cos()))

@@ -49,7 +49,10 @@ mod tests {
             assert!((out.measured("mean_speed").unwrap() / speed - 1.0).abs() < 1e-3, "{material}");
         }
         for material in ["water", "acrylic-paint", "milk-cream", "mayonnaise"] {
-            run("film/incline", &[("material", material), ("height", "2e-4"), ("angle", "80"), ("slip_length", "1e-6")]);
+            run(
+                "film/incline",
+                &[("material", material), ("height", "2e-4"), ("angle", "80"), ("slip_length", "1e-6")],
+            );
         }
         run("film/incline", &[("material", "oyster-sauce"), ("height", "1e-4")]);
         run("film/incline", &[("law", "paper"), ("height", "2e-3")]);

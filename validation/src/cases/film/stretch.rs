@@ -20,7 +20,8 @@ pub const CASE: Case = Case {
 };
 
 fn run(p: &Params) -> Result<Outcome, CaseError> {
-    let (tau, eta, n) = (p.number_in("yield_stress", 0.0, 1e6)?, p.positive("consistency")?, p.number_in("index", 0.05, 5.0)?);
+    let (tau, eta, n) =
+        (p.number_in("yield_stress", 0.0, 1e6)?, p.positive("consistency")?, p.number_in("index", 0.05, 5.0)?);
     let (mu, rate, dt) = (p.positive("mu")?, p.number("rate")?, p.positive("step")?);
     if rate == 0.0 || rate.abs() * dt > 0.1 {
         return Err(p.reject("rate", "not 0, and at most a tenth of strain a step"));
@@ -35,7 +36,8 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
     for j in 0..4 {
         state.velocity[j] = rate * (j as f64 + 0.5) * 1e-3;
     }
-    let expected = 2f64.sqrt() * ((2.0f64 / 3.0).sqrt() * tau + eta * (2f64.sqrt() * rate.abs()).powf(n)) * rate.signum();
+    let expected =
+        2f64.sqrt() * ((2.0f64 / 3.0).sqrt() * tau + eta * (2f64.sqrt() * rate.abs()).powf(n)) * rate.signum();
     // elastic build-up, then the memory of the flow, several times over
     let strain = expected.abs() / mu * (1.0 + n) + 1e-3;
     let steps = ((8.0 * strain / (rate.abs() * dt)).ceil() as usize).clamp(100, 2_000_000);

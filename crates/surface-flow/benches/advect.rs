@@ -44,7 +44,7 @@ fn bench(c: &mut Criterion) {
     }
     let mut group = c.benchmark_group("surface-flow/advect");
     group.throughput(Throughput::Elements((STRANDS * VERTICES) as u64)).sample_size(10);
-    for material in ["water"] {
+    for material in ["water", "oyster-sauce"] {
         let liquid = FilmLiquid::new(&Liquid::preset(material).unwrap()).unwrap();
         let mut solver = FilmSolver::new(liquid, FilmSettings::default()).unwrap();
         group.bench_function(material, |b| {

@@ -190,6 +190,47 @@ fn elastic_waves_far_beyond_the_explicit_limit_do_not_grow() {
 }
 
 #[test]
+fn a_yield_stress_film_starts_without_chatter_when_its_load_grows() {
+    // load raised slowly through the threshold: exactly still below it, then faster at every step
+    for wall in [WallLaw::Lubrication, WallLaw::Paper] {
+        let strands = Strands::new(&[4], |_| 1e-3);
+        let mut state = FilmState::new(&[4]);
+        state.area.fill(film_area(5e-4, 2e-4));
+        let mut solver = solver("drilling-mud", FilmSettings { wall, ..FilmSettings::default() });
+        let threshold = solver.wall().yield_stress(5e-4) / (1220.0 * 5e-4);
+        let mut last = 0.0;
+        for k in 0..400 {
+            let pull = threshold * (0.9 + 0.2 * f64::from(k) / 400.0);
+            solver.accelerate(&mut state, strands.view(), Vector3::new(pull, 0.0, 0.0), 1e-3).unwrap();
+            solver.rub(&mut state, strands.view(), 1e-3).unwrap();
+            let now = state.velocity[1];
+            assert!(if pull < threshold { now == 0.0 } else { now >= last }, "{wall:?} {k}: {now} after {last}");
+            last = now;
+        }
+        assert!(last > 0.0);
+    }
+}
+
+#[test]
+fn a_vanishing_film_is_held_by_the_strand() {
+    let strands = Strands::new(&[6], |_| 1e-3);
+    for height in [1e-6, 1e-9, 1e-12, 1e-18, 0.0] {
+        let mut state = FilmState::new(&[6]);
+        state.area.fill(film_area(height, 2e-4));
+        state.velocity.fill(0.5);
+        let mut solver = solver("water", FilmSettings::default());
+        for _ in 0..50 {
+            solver.advance(&mut state, strands.view(), Vector3::new(9.81, 0.0, 0.0), 1e-3).unwrap();
+            solver.relax(&mut state, strands.view(), 1e-3).unwrap();
+        }
+        // the first step may heap the film up somewhere; nothing moves faster than the highest heap would
+        let highest = state.area.iter().map(|a| surface_flow::film_height(*a, 2e-4)).fold(0.0, f64::max);
+        let bound = solver.wall().mean_speed(1000.0 * 9.81 * highest, highest) * 1.01;
+        assert!(state.velocity.iter().all(|u| u.abs() <= bound), "{height}: {:?}", state.velocity);
+    }
+}
+
+#[test]
 fn both_forms_of_inertia_say_the_same() {
     let counts = [40, 17];
     let strands = Strands::new(&counts, |j| 1e-3 * (1.0 + 0.3 * (j as f64).cos()));

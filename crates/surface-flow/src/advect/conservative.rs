@@ -34,7 +34,7 @@ pub(super) fn advect(strand: &mut Strand<'_>, settings: &FilmSettings, density: 
             })
             .fold(0.0, f64::max);
         let wanted = (left * rate / settings.courant).ceil();
-        if !(wanted < MAX_SUBSTEPS as f64) || report.substeps >= MAX_SUBSTEPS {
+        if wanted.is_nan() || wanted >= MAX_SUBSTEPS as f64 || report.substeps >= MAX_SUBSTEPS {
             // not credible: left to the check of the solver
             strand.velocity[0] = f64::NAN;
             return report;

@@ -93,6 +93,11 @@ impl Wall {
         }
         let n = self.index;
         let slowed = match self.law {
+            // linear in the speed: no power to solve
+            WallLaw::Paper if n == 1.0 => drive / (inertia + dt * self.consistency / (self.slip + height / 3.0)),
+            WallLaw::Lubrication if n == 1.0 && self.yield_stress == 0.0 => {
+                drive / (inertia + dt * self.consistency / (self.slip + height / 3.0))
+            }
             WallLaw::Paper => {
                 let ln_damping = (dt * height / (self.slip + height / 3.0) * self.consistency).ln()
                     + n * (free.ln() - height.ln())

@@ -15,6 +15,7 @@ mod neighbours;
 pub mod physical;
 pub mod preparation;
 pub mod random;
+pub mod spheres;
 pub mod statistics;
 pub mod stress;
 pub mod tensor;

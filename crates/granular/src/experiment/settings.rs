@@ -4,7 +4,7 @@ use crate::assembly::Plates;
 use crate::cell::Boundary;
 use crate::demodulation::Drift;
 use crate::error::{GranularError, require};
-use crate::model::{Mode, ModelSettings};
+use crate::model::{Dimension, Mode, ModelSettings};
 use crate::physical::Rules;
 use crate::preparation::PreparationSettings;
 use serde::{Deserialize, Serialize};
@@ -258,6 +258,16 @@ impl MicrogelSettings {
         self.preparation.check()?;
         self.experiment.check()?;
         require("step_factor", self.step_factor, |v| (0.0..=1000.0).contains(&v), "0 … 1000")?;
+        if self.model.dimension == Dimension::Three {
+            if self.mode == Mode::Compat || self.plates() != Plates::None || !self.boundary.periodic_y() {
+                return Err(GranularError::State(
+                    "spheres need the physical mode, no plates and a periodic or Lees–Edwards box".into(),
+                ));
+            }
+            if matches!(self.experiment, Experiment::Compression { .. }) {
+                return Err(GranularError::State("compression is for discs only".into()));
+            }
+        }
         if self.mode == Mode::Compat && self.boundary != Boundary::LeesEdwards {
             return Err(GranularError::State("the compat mode knows the Lees–Edwards box only".into()));
         }

@@ -43,6 +43,9 @@ pub struct CellFields {
 }
 
 /// A face tied to another one by a wall: `velocity = ratio × velocity(source) + offset`.
+///
+/// Stress sees the tied face through the ratio; inertia, body force and pressure see only its carried mass, so that liquid at
+/// rest between walls stays at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WallTie {
     /// Direction of the face normal.
@@ -53,6 +56,9 @@ pub struct WallTie {
     pub source: u32,
     /// Factor on the source.
     pub ratio: f64,
+    /// Share of the mass of the tied face that moves with the source: one at a wall that lets the liquid slip, zero where it
+    /// sticks or where the wall stands across the direction.
+    pub carried: f64,
     /// What is added [m/s].
     pub offset: f64,
 }

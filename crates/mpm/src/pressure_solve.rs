@@ -6,7 +6,7 @@
 //! constant, which is removed, and the part of the right-hand side that no pressure can meet is reported.
 
 use crate::LiquidError;
-use crate::grid::LiquidGrid;
+use crate::grid::{FaceFields, LiquidGrid};
 use crate::settings::PressureSettings;
 use numerics::multigrid::{Multigrid, MultigridReport};
 use numerics::multigrid_system::{CellRow, CellSystem, NO_CELL, ZeroFace};
@@ -14,6 +14,9 @@ use numerics::report::Status;
 use particle_grid::NONE;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+
+/// Layers of faces outside the liquid that its particles can reach.
+const CONTINUED_LAYERS: usize = 2;
 
 /// What a pressure solve says.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,6 +40,8 @@ pub struct PressureSolver<const D: usize> {
     node: Vec<u32>,
     rhs: Vec<f64>,
     solution: Vec<f64>,
+    known: Vec<bool>,
+    continued: Vec<(u32, f64)>,
     built: bool,
 }
 
@@ -179,6 +184,7 @@ impl<const D: usize> PressureSolver<D> {
             max_pressure = max_pressure.max(p);
         }
         self.write_gradient(grid);
+        self.continue_gradient(grid);
         Ok(PressureReport { multigrid, max_divergence, max_pressure })
     }
 
@@ -204,6 +210,53 @@ impl<const D: usize> PressureSolver<D> {
                         let slope = p / row.zero[a][side].fraction * inverse_dx;
                         grid.face[a].pressure_gradient[face] = if side == 0 { slope } else { -slope };
                     }
+                }
+            }
+        }
+    }
+
+    /// Continues the pressure gradient from the liquid into the faces just outside it.
+    ///
+    /// Particles at the surface also belong to faces between two cells that do not count as liquid. Left to themselves these
+    /// would fall while the liquid under them is held; with the gradient continued the surface is carried like the rest.
+    fn continue_gradient(&mut self, grid: &mut LiquidGrid<D>) {
+        let LiquidGrid { blocks, face, mass_floor, .. } = grid;
+        for a in 0..D {
+            let FaceFields { mass, open, pressure_gradient: gradient, .. } = &mut face[a];
+            self.known.clear();
+            self.known.resize(gradient.len(), false);
+            for (row, &c) in self.system.rows.iter().zip(&self.node) {
+                let c = c as usize;
+                for side in 0..2 {
+                    if row.neighbour[a][side] != NO_CELL || row.zero[a][side].conductance > 0.0 {
+                        let f = if side == 0 { c } else { blocks.along(c, a, 1) as usize };
+                        self.known[f] = true;
+                    }
+                }
+            }
+            for _ in 0..CONTINUED_LAYERS {
+                let known = &self.known;
+                let view = &*gradient;
+                self.continued.clear();
+                self.continued.par_extend((0..view.len()).into_par_iter().with_min_len(4096).filter_map(|f| {
+                    if known[f] || mass[f] <= *mass_floor || open[f] <= 0.0 {
+                        return None;
+                    }
+                    let (mut sum, mut count) = (0.0, 0);
+                    for b in 0..D {
+                        for step in [-1, 1] {
+                            let o = blocks.along(f, b, step);
+                            if o != NONE && known[o as usize] {
+                                sum += view[o as usize];
+                                count += 1;
+                            }
+                        }
+                    }
+                    (count > 0).then(|| (f as u32, sum / f64::from(count)))
+                }));
+                for &(f, value) in &self.continued {
+                    gradient[f as usize] = value;
+                    self.known[f as usize] = true;
                 }
             }
         }

@@ -156,7 +156,7 @@ pub fn apply_particles<const D: usize>(
     });
 }
 
-/// Diagonal of `H` through every particle.
+/// Diagonal of `H` through every particle, without the products of different directions: for preconditioning.
 pub fn diagonal_particles<const D: usize>(
     particles: &Particles<D>,
     state: &ShearState<D>,

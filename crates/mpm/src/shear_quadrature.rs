@@ -201,7 +201,7 @@ impl<const D: usize> Quadrature<D> {
         });
     }
 
-    /// Diagonal of `H`.
+    /// Diagonal of `H` without the products of different directions: for preconditioning.
     pub fn diagonal(&self, grid: &LiquidGrid<D>, out: &mut [f64], scratch: &mut OperatorScratch) {
         let per = cells_per_block::<D>();
         let (n, np, s) = (numbers::<D>(), points::<D>(), sym::<D>());

@@ -2,8 +2,8 @@
 //!
 //! One Newton step of backward Euler about a reference motion `u_ref` (the motion of the last step) reads
 //! `(M + dt 𝒟 + M^τ + dt² H)(u − u_ref) = dt (M g + f + 𝒟 (u_s − u_ref) − V ∇p) + added momentum − M^τ u_ref`,
-//! where `f` and `H` are stress and tangent about `u_ref`. Faces at walls are tied to faces in front of them; the system is the
-//! Galerkin restriction to motions that obey the ties, so it stays symmetric. Source: spec (6.3), (6.6), (6.7); Δ-form and ties are ours.
+//! where `f` and `H` are stress and tangent about `u_ref`. Faces at walls are tied to faces in front of them; stress and tangent are
+//! restricted to motions that obey the ties, so the system stays symmetric. Source: spec (6.3), (6.6), (6.7); Δ-form and ties are ours.
 
 use crate::LiquidError;
 use crate::grid::LiquidGrid;
@@ -69,8 +69,11 @@ pub struct ShearSolver<const D: usize> {
     quadrature: Quadrature<D>,
     operator: OperatorScratch,
     krylov: PcgScratch,
-    /// Mass of the system, liquid and added, plus drag [kg].
+    /// Mass of the system, liquid, carried and added, plus drag [kg]; zero for faces without a motion of their own.
     mass: Vec<f64>,
+    /// Liquid mass and volume that move with each face, carried ones included [kg], [m³].
+    liquid: Vec<[f64; 2]>,
+    force: Vec<f64>,
     inverse_diagonal: Vec<f64>,
     start: Vec<f64>,
     reference: Vec<f64>,
@@ -104,15 +107,14 @@ fn fold<const D: usize>(grid: &LiquidGrid<D>, v: &mut [f64]) {
     }
 }
 
-/// Imposes the ties on the face velocities: sources take the motion nearest in kinetic energy, ties follow.
+/// Imposes the ties on the face velocities: sources share the momentum of what they carry, ties follow.
 pub fn impose_walls<const D: usize>(grid: &mut LiquidGrid<D>) {
-    // (mass, momentum) of each source with its followers, in the metric of the ties.
+    // (mass, momentum) that each source takes over from the faces it carries.
     let mut gathered: Vec<(u8, u32, f64, f64)> = Vec::with_capacity(grid.ties.len());
-    for t in grid.ties.iter().filter(|t| t.source != NONE) {
+    for t in grid.ties.iter().filter(|t| t.source != NONE && t.carried > 0.0) {
         let face = &grid.face[t.axis as usize];
-        let m = face.mass[t.face as usize];
-        let momentum = t.ratio * m * (face.velocity[t.face as usize] - t.offset);
-        gathered.push((t.axis, t.source, t.ratio * t.ratio * m, momentum));
+        let m = t.carried * face.mass[t.face as usize];
+        gathered.push((t.axis, t.source, m, m * face.velocity[t.face as usize]));
     }
     gathered.sort_by_key(|g| (g.0, g.1));
     let mut k = 0;
@@ -155,10 +157,10 @@ impl<const D: usize> PreconditionedSystem for System<'_, D> {
             }
             ShearOperator::CellQuadrature => self.quadrature.apply(self.grid, self.work, out, self.operator),
         }
-        for ((o, m), w) in out.iter_mut().zip(self.mass).zip(self.work.iter()) {
-            *o = if *m > 0.0 { m * w + self.dt2 * *o } else { 0.0 };
-        }
         fold(self.grid, out);
+        for ((o, m), v) in out.iter_mut().zip(self.mass).zip(v) {
+            *o = if *m > 0.0 { m * v + self.dt2 * *o } else { 0.0 };
+        }
     }
 
     fn precondition(&mut self, r: &[f64], z: &mut [f64]) {
@@ -200,10 +202,25 @@ impl<const D: usize> ShearSolver<D> {
         let n = grid.blocks.node_count();
         self.start.clear();
         self.mass.clear();
+        self.liquid.clear();
+        for face in &grid.face {
+            self.start.extend_from_slice(&face.velocity);
+            self.liquid.extend(
+                face.mass.iter().zip(&face.volume).map(|(&m, &v)| if m > grid.mass_floor { [m, v] } else { [0.0; 2] }),
+            );
+        }
+        for t in &grid.ties {
+            let base = t.axis as usize * n;
+            let [m, v] = std::mem::take(&mut self.liquid[base + t.face as usize]);
+            if t.source != NONE {
+                let source = &mut self.liquid[base + t.source as usize];
+                source[0] += t.carried * m;
+                source[1] += t.carried * v;
+            }
+        }
+        self.mass.extend(self.liquid.iter().map(|l| l[0]));
         for a in 0..D {
-            self.start.extend_from_slice(&grid.face[a].velocity);
-            self.mass.extend(grid.face[a].mass.iter().map(|&m| if m > grid.mass_floor { m } else { 0.0 }));
-            let mass = &mut self.mass[a * n..];
+            let mass = &mut self.mass[a * n..(a + 1) * n];
             if let Some(added) = coupling.added {
                 for (m, x) in mass.iter_mut().zip(added.mass[a]) {
                     *m += if *m > 0.0 { *x } else { 0.0 };
@@ -237,16 +254,16 @@ impl<const D: usize> ShearSolver<D> {
                 }
             }
         }
-        for (d, m) in diagonal.iter_mut().zip(&self.mass) {
-            // The geometric part may make an entry negative; the preconditioner must not.
-            *d = if *m > 0.0 { m + dt * dt * d.max(0.0) } else { 0.0 };
-        }
         for t in &grid.ties {
             let base = t.axis as usize * n;
             let d = std::mem::take(&mut diagonal[base + t.face as usize]);
             if t.source != NONE {
                 diagonal[base + t.source as usize] += t.ratio * t.ratio * d;
             }
+        }
+        for (d, m) in diagonal.iter_mut().zip(&self.mass) {
+            // The geometric part may make an entry negative; the preconditioner must not.
+            *d = if *m > 0.0 { m + dt * dt * d.max(0.0) } else { 0.0 };
         }
         self.inverse_diagonal.clear();
         self.inverse_diagonal.extend(diagonal.iter().map(|&d| if d > 0.0 { 1.0 / d } else { 0.0 }));
@@ -296,7 +313,11 @@ impl<const D: usize> ShearSolver<D> {
                 }
             }
             report.newton_iterations = iteration + 1;
+            if iteration == 0 && !with_pressure {
+                self.fall(grid, body, dt);
+            }
             let solve = self.linear_solve(particles, materials, grid, dt, settings, &mut report)?;
+            self.balance(grid, &solve);
             report.solve = report.solve.combined(solve);
             let n = grid.blocks.node_count();
             let mut velocity = std::mem::take(&mut self.work);
@@ -309,6 +330,37 @@ impl<const D: usize> ShearSolver<D> {
             self.work = velocity;
         }
         Ok(report)
+    }
+
+    /// First guess of the step: everything falls freely. What is left to the solve is then internal.
+    fn fall(&mut self, grid: &LiquidGrid<D>, body: &Vector<D>, dt: f64) {
+        let n = grid.blocks.node_count();
+        for a in 0..D {
+            let mass = &self.mass[a * n..(a + 1) * n];
+            for (d, m) in self.delta[a * n..(a + 1) * n].iter_mut().zip(mass) {
+                *d = if *m > 0.0 { dt * body[a] } else { 0.0 };
+            }
+        }
+    }
+
+    /// Removes the momentum that the stopped iteration left in its residual. Stress is internal and does not see a common
+    /// velocity, so one is added per direction; at walls there is none to add.
+    fn balance(&mut self, grid: &LiquidGrid<D>, solve: &SolveReport) {
+        if !grid.ties.is_empty() || !self.resists || solve.iterations == 0 {
+            return;
+        }
+        let n = grid.blocks.node_count();
+        for a in 0..D {
+            let range = a * n..(a + 1) * n;
+            let left: f64 = self.krylov.residual()[range.clone()].iter().sum();
+            let mass: f64 = self.mass[range.clone()].iter().sum();
+            if mass > 0.0 {
+                let common = left / mass;
+                for (d, m) in self.delta[range.clone()].iter_mut().zip(&self.mass[range.clone()]) {
+                    *d += if *m > 0.0 { common } else { 0.0 };
+                }
+            }
+        }
     }
 
     /// Moves the point of linearisation to the current face velocities.
@@ -346,34 +398,38 @@ impl<const D: usize> ShearSolver<D> {
         let n = grid.blocks.node_count();
         self.rhs.clear();
         self.rhs.resize(D * n, 0.0);
+        self.force.clear();
+        self.force.resize(D * n, 0.0);
+        if self.resists {
+            for a in 0..D {
+                self.force[a * n..(a + 1) * n].copy_from_slice(&grid.face[a].shear_force);
+            }
+            fold(grid, &mut self.force);
+        }
         for a in 0..D {
-            let face = &grid.face[a];
-            let (start, reference) = (&self.start[a * n..(a + 1) * n], &self.reference[a * n..(a + 1) * n]);
-            let rhs = &mut self.rhs[a * n..(a + 1) * n];
+            let gradient = &grid.face[a].pressure_gradient;
             for i in 0..n {
-                let m = face.mass[i];
-                if m <= grid.mass_floor {
+                let k = a * n + i;
+                if self.mass[k] <= 0.0 {
                     continue;
                 }
-                let mut force = m * body[a];
-                if self.resists {
-                    force += face.shear_force[i];
-                }
+                let [m, v] = self.liquid[k];
+                let mut force = m * body[a] + self.force[k];
                 if with_pressure {
-                    force -= face.volume[i] * face.pressure_gradient[i];
+                    force -= v * gradient[i];
                 }
-                let mut r = m * (start[i] - reference[i]) + dt * force;
+                let reference = self.reference[k];
+                let mut r = m * (self.start[k] - reference) + dt * force;
                 if let Some(drag) = coupling.drag {
-                    r += dt * drag.coefficient[a][i] * (drag.velocity[a][i] - reference[i]);
+                    r += dt * drag.coefficient[a][i] * (drag.velocity[a][i] - reference);
                 }
                 if let Some(added) = coupling.added {
-                    r += added.momentum[a][i] - added.mass[a][i] * reference[i];
+                    r += added.momentum[a][i] - added.mass[a][i] * reference;
                     r += dt * added.mass[a][i] * body[a];
                 }
-                rhs[i] = r;
+                self.rhs[k] = r;
             }
         }
-        fold(grid, &mut self.rhs);
     }
 
     fn linear_solve(
@@ -446,7 +502,9 @@ impl<const D: usize> ShearSolver<D> {
                 + self.reference.capacity()
                 + self.delta.capacity()
                 + self.rhs.capacity()
-                + self.work.capacity())
+                + self.work.capacity()
+                + self.force.capacity()
+                + 2 * self.liquid.capacity())
             + self.values.capacity() * size_of::<Vector<D>>()
             + self.gradients.capacity() * size_of::<Tensor<D>>()
     }

@@ -59,10 +59,10 @@ fn hydrostatic<const D: usize>(dx: f64, size: Vector<D>, shift: f64) -> (f64, f6
 fn resting_water_rests_and_weighs_what_it_should() {
     let (p, speed, expected) = hydrostatic::<2>(0.01, Vector::<2>::new(0.16, 0.2), 0.0);
     assert!((p / expected - 1.0).abs() < 1e-3, "{p} {expected}");
-    assert!(speed < 1e-6, "{speed}");
+    assert!(speed < 1e-3 * (9.81 * 0.01f64).sqrt(), "{speed}");
     let (p, speed, expected) = hydrostatic::<3>(0.02, Vector::<3>::new(0.16, 0.12, 0.2), 0.0);
     assert!((p / expected - 1.0).abs() < 1e-3, "{p} {expected}");
-    assert!(speed < 1e-6, "{speed}");
+    assert!(speed < 1e-3 * (9.81 * 0.01f64).sqrt(), "{speed}");
     // A surface that lies inside a cell: 20.3 cells high.
     let (p, speed, expected) = hydrostatic::<2>(0.01, Vector::<2>::new(0.16, 0.2025), 0.0);
     assert!((p / expected - 1.0).abs() < 2e-3, "{p} {expected}");
@@ -107,10 +107,6 @@ fn a_drop_in_free_fall_keeps_its_momentum_balance() {
             after.momentum - before.momentum,
             gained
         );
-        for k in 0..3 {
-            // Gravity turns the drop about the origin as it turns a point at the centre of mass.
-            let _ = k;
-        }
     }
 }
 

@@ -19,7 +19,7 @@
 //! step               the stages in their order, for a liquid by itself
 //! time_step          how large a step may be
 //! fill               regular samples of a region
-//! source             sources, terminators and tanks
+//! source             sources and terminators (fill: tanks)
 //! ledger             what entered, left and is there
 //! ```
 //!
@@ -31,12 +31,15 @@ pub mod error;
 pub mod fill;
 pub mod grid;
 pub mod grid_to_particles;
+pub mod ledger;
 pub mod liquid_plasticity;
 pub mod material;
+pub mod neighbours;
 pub mod open_fraction;
 pub mod particles;
 pub mod particles_to_grid;
 pub mod pressure_solve;
+pub mod random;
 pub mod recovery;
 pub mod resample;
 pub mod settings;
@@ -45,6 +48,7 @@ pub mod shear_quadrature;
 pub mod shear_solve;
 pub mod shear_state;
 pub mod solid;
+pub mod source;
 pub mod step;
 pub mod tearing;
 pub mod time_step;
@@ -54,13 +58,16 @@ pub use advect::AdvectReport;
 pub use deformation::DeformationReport;
 pub use error::LiquidError;
 pub use grid::{LiquidGrid, WallTie};
+pub use ledger::{Ledger, LedgerReport};
 pub use liquid_plasticity::PlasticityReport;
 pub use material::LiquidMaterial;
 pub use particles::{Particle, Particles, TORN, Totals, YIELDED};
 pub use pressure_solve::{PressureReport, PressureSolver};
+pub use resample::{ResampleReport, ResampleScratch, resample};
 pub use settings::LiquidSettings;
 pub use shear_solve::{FaceCoupling, ShearReport, ShearSolver};
 pub use solid::{HalfSpace, NoSolid, PlanarSolid, Solid};
+pub use source::{Emission, SourceSettings, SourceShape, SourceState, emit, terminate};
 pub use step::{LiquidStepper, StepReport};
 pub use time_step::{StepLimit, step_limit};
 pub use weights::WeightsReport;

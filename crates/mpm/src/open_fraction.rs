@@ -69,7 +69,7 @@ mod tests {
                     inside_of_segment(at(x, 0.0), at(x, 1.0))
                 })
                 .sum::<f64>() / f64::from(n);
-            prop_assert!((share - strips).abs() < 1e-4, "{} {}", share, strips);
+            prop_assert!((share - strips).abs() < 3e-3, "{} {}", share, strips);
             let complement = inside_of_square([-at(0.0, 0.0), -at(1.0, 0.0), -at(1.0, 1.0), -at(0.0, 1.0)]);
             prop_assert!((share + complement - 1.0).abs() < 1e-12);
         }

@@ -37,6 +37,8 @@ pub struct Particles<const D: usize> {
     pub flags: Vec<u8>,
     /// Stable identities, unique over a run.
     pub id: Vec<u64>,
+    /// Identity of the next particle to be added.
+    pub next_id: u64,
     /// Which of the optional arrays are in use.
     pub carried: Carried,
 }
@@ -150,6 +152,7 @@ impl<const D: usize> Particles<D> {
             material: Vec::new(),
             flags: Vec::new(),
             id: Vec::new(),
+            next_id: 0,
             carried: Carried::by(materials),
         }
     }
@@ -166,7 +169,7 @@ impl<const D: usize> Particles<D> {
         self.position.is_empty()
     }
 
-    /// Adds a particle.
+    /// Adds a particle under a new identity (the one in `p` is ignored).
     pub fn push(&mut self, p: Particle<D>) {
         self.position.push(p.position);
         self.velocity.push(p.velocity);
@@ -182,7 +185,8 @@ impl<const D: usize> Particles<D> {
         }
         self.material.push(p.material);
         self.flags.push(p.flags);
-        self.id.push(p.id);
+        self.id.push(self.next_id);
+        self.next_id += 1;
     }
 
     /// A copy of one particle.

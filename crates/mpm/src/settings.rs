@@ -95,7 +95,7 @@ impl Default for PressureSettings {
 pub struct ResampleSettings {
     /// Off: particles are never split, merged or moved apart.
     pub enabled: bool,
-    /// Steps between passes [1]; 0 never.
+    /// Steps between passes [1]; 0 never. A pass spreads particles for all the steps since the last.
     pub every: usize,
     /// Rate at which crowded particles inside the liquid are moved apart [1/s]; 0 not at all.
     pub relaxation_rate: f64,
@@ -103,7 +103,7 @@ pub struct ResampleSettings {
 
 impl Default for ResampleSettings {
     fn default() -> Self {
-        Self { enabled: true, every: 1, relaxation_rate: 10.0 }
+        Self { enabled: true, every: 4, relaxation_rate: 10.0 }
     }
 }
 

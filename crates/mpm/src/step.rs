@@ -4,14 +4,13 @@
 //! calls the same stage functions from its own table.
 
 use crate::deformation::PreviousStrain;
-use crate::resample::{ResampleReport, ResampleScratch};
+use crate::resample::{ResampleReport, ResampleScratch, resample};
 use crate::settings::LiquidSettings;
 use crate::solid::Solid;
 use crate::{
     AdvectReport, DeformationReport, FaceCoupling, LiquidError, LiquidGrid, LiquidMaterial, Particles,
     PlasticityReport, PressureReport, PressureSolver, ShearReport, ShearSolver, WeightsReport, advect, deformation,
-    grid_to_particles, liquid_plasticity, particles_to_grid, pressure_solve, recovery, resample, shear_solve, tearing,
-    weights,
+    grid_to_particles, liquid_plasticity, particles_to_grid, pressure_solve, recovery, shear_solve, tearing, weights,
 };
 use numerics::tensor::Vector;
 use particle_grid::Lattice;
@@ -54,7 +53,7 @@ pub struct LiquidStepper<const D: usize> {
     /// Pressure solve.
     pub pressure: PressureSolver<D>,
     previous: PreviousStrain<D>,
-    resample: ResampleScratch<D>,
+    maintenance: ResampleScratch<D>,
 }
 
 impl<const D: usize> LiquidStepper<D> {
@@ -66,7 +65,7 @@ impl<const D: usize> LiquidStepper<D> {
             shear: ShearSolver::default(),
             pressure: PressureSolver::default(),
             previous: PreviousStrain::default(),
-            resample: ResampleScratch::default(),
+            maintenance: ResampleScratch::default(),
         }
     }
 
@@ -93,7 +92,7 @@ impl<const D: usize> LiquidStepper<D> {
         step_index: u64,
         settings: &LiquidSettings,
     ) -> Result<StepReport, LiquidError> {
-        let Self { grid, shear, pressure, previous, resample: scratch } = self;
+        let Self { grid, shear, pressure, previous, maintenance } = self;
         let coupling = FaceCoupling::default();
         let mut report = StepReport {
             resample: ResampleReport::default(),
@@ -119,8 +118,16 @@ impl<const D: usize> LiquidStepper<D> {
         }
         let maintain = settings.resample.every as u64;
         if settings.resample.enabled && maintain > 0 && step_index.is_multiple_of(maintain) {
-            report.resample =
-                resample::resample(particles, materials, grid, solids_before, dt, step_index, settings, scratch)?;
+            report.resample = resample(
+                particles,
+                materials,
+                grid,
+                solids_before,
+                dt * maintain as f64,
+                step_index,
+                settings,
+                maintenance,
+            )?;
         }
         particles_to_grid::activate(particles, materials, &[], grid)?;
         if settings.tearing {

@@ -31,10 +31,8 @@ pub fn block<const D: usize>(
 ) -> Particles<D> {
     let volume = fill::sample_volume(lattice, per_axis);
     let mut particles = Particles::new(materials);
-    for (i, x) in fill::fill(lattice, per_axis, &low, &high, |_| true).into_iter().enumerate() {
-        let mut p = Particle::new(x, volume, 0, materials[0].density);
-        p.id = i as u64;
-        particles.push(p);
+    for x in fill::fill(lattice, per_axis, &low, &high, |_| true) {
+        particles.push(Particle::new(x, volume, 0, materials[0].density));
     }
     particles
 }

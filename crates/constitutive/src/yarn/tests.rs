@@ -79,7 +79,7 @@ fn hand_checked_values_3d() {
         40.901_993_913_366_105,
         -74.815_738_259_421_66,
         43.263_400_643_965_03,
-        -141.651_222_794_644_55,
+        -141.651_224_794_644_55,
     );
     assert!((law.stress(&f) - expected).norm() < 1e-14 * 1e3 * expected.norm(), "{}", law.stress(&f) - expected);
 }

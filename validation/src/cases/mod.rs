@@ -4,10 +4,12 @@
 
 use crate::case::Case;
 
+mod granular;
+
 /// Every case there is, in order of group and name.
 #[must_use]
 pub fn all() -> Vec<Case> {
-    let groups: Vec<Vec<Case>> = vec![];
+    let groups: Vec<Vec<Case>> = vec![granular::cases()];
     let mut cases: Vec<Case> = groups.into_iter().flatten().collect();
     cases.sort_by_key(|case| case.id);
     cases

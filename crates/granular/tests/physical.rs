@@ -87,8 +87,7 @@ fn frictionless_collision_conserves_energy_to_second_order() {
         grains.vx = vec![15.0, -15.0];
         let mut model = springs(1.0, 0.0, 1.0);
         model.friction = 0.0;
-        let mut rules = Rules::default();
-        rules.guard = StepGuard::Off;
+        let rules = Rules { guard: StepGuard::Off, ..Rules::default() };
         let mut sample = Sample::new(&grains, Cell::new(500.0, 500.0), model, rules).unwrap();
         let energy = |s: &Sample| s.grains().kinetic_energy(0.0, 0.0) + s.elastic_energy();
         let (start, mut worst) = (energy(&sample), 0.0f64);

@@ -1,5 +1,6 @@
 //! The microgel rheometer: exact moduli, reference trajectories, moduli of the original's parameter sets, demodulation, laws.
 
+mod accuracy;
 mod assembly;
 mod contact_laws;
 mod demodulation;
@@ -16,6 +17,9 @@ use crate::case::Case;
 #[must_use]
 pub fn cases() -> Vec<Case> {
     vec![
+        accuracy::FAULTS,
+        accuracy::SIZE,
+        accuracy::STEP,
         assembly::CASE,
         contact_laws::CASE,
         demodulation::CASE,

@@ -223,6 +223,7 @@ fn ensemble(mode: Mode, grains: usize, links: bool, quarter: bool) -> (StressTen
             ..PreparationSettings::default()
         },
         experiment: Experiment::Oscillation(o),
+        step_factor: 1.0,
         // As in the original's tests no plates yet where nothing is sheared.
         plates: if quarter || mode == Mode::Compat { None } else { Some(Plates::None) },
         ..MicrogelSettings::default()

@@ -38,7 +38,7 @@ impl<const D: usize> MaterialPoint<D> {
         dt: f64,
     ) -> Result<Relaxed<D>, RheologyError> {
         let (trial, applied) = if self.torn {
-            let step = torn_step(&self.elastic_strain, self.volume_ratio, f)?;
+            let step = torn_step(law.settings.torn, &self.elastic_strain, self.volume_ratio, f)?;
             (step.trial, step.applied)
         } else {
             (elastic_trial(&self.elastic_strain, f)?, *f)

@@ -86,7 +86,14 @@ impl Boundary {
     }
 
     /// Clamps an end that a body carries: end vertices at `points` (root to tip order) and the first material director.
-    pub fn clamp_to(&mut self, rods: &RodSet, strand: usize, end: End, points: [Vector3<f64>; 2], director: Vector3<f64>) {
+    pub fn clamp_to(
+        &mut self,
+        rods: &RodSet,
+        strand: usize,
+        end: End,
+        points: [Vector3<f64>; 2],
+        director: Vector3<f64>,
+    ) {
         let (v, e) = (rods.vertices(strand), rods.edges(strand));
         let (first, edge) = match end {
             End::Root => (v.start, e.start),

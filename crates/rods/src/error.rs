@@ -90,7 +90,9 @@ pub enum RodError {
         tolerance: f64,
     },
     /// Rest shapes for a given equilibrium exist only for a strand clamped at its root.
-    #[error("strand {strand}: a sag-free rest shape needs the first two vertices and the first angle fixed, and no others")]
+    #[error(
+        "strand {strand}: a sag-free rest shape needs the first two vertices and the first angle fixed, and no others"
+    )]
     NotClampedAtRoot {
         /// Strand index.
         strand: usize,

@@ -164,15 +164,7 @@ impl Group {
         }
     }
 
-    fn gather_lane(
-        &mut self,
-        rods: &RodSet,
-        scheme: &Scheme,
-        loads: &Loads,
-        relative: f64,
-        l: usize,
-        source: usize,
-    ) {
+    fn gather_lane(&mut self, rods: &RodSet, scheme: &Scheme, loads: &Loads, relative: f64, l: usize, source: usize) {
         let s = self.strands[source];
         let (first, edges) = (rods.first_vertex[s], rods.edges(s));
         let material = &rods.material[s];
@@ -464,7 +456,8 @@ impl Group {
         let inv_tau = 1.0 / scheme.tau;
         let midpoint = scheme.integrator == Integrator::ImplicitMidpoint;
         let two_step = had_history && scheme.previous != 0.0;
-        let StrandMut { position, velocity, reference_twist, twist_angle, twist_rate, reference_director, history } = out;
+        let StrandMut { position, velocity, reference_twist, twist_angle, twist_rate, reference_director, history } =
+            out;
         let mut history = history;
         for i in 0..nv {
             let u = Vector3::new(self.u[i][0][l], self.u[i][1][l], self.u[i][2][l]);

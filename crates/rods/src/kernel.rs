@@ -202,12 +202,7 @@ impl<const MODE: u8> LaneKernel for Pass<'_, '_, MODE> {
                     let reference = reference_twist(L::load(&frame.reference_twist), here.d1, here.t, d1, t);
                     reference.store(&mut out.reference_twist);
                     let x = CurvatureElement::new(here.t, t, here.inv, inv, here.m, m);
-                    admissible = L::select_gt(
-                        x.chi,
-                        L::splat(constitutive::curvature::MIN_CHI),
-                        admissible,
-                        zero,
-                    );
+                    admissible = L::select_gt(x.chi, L::splat(constitutive::curvature::MIN_CHI), admissible, zero);
                     let law = CurvatureLaw {
                         c0: L::load(&d.c0),
                         c1: L::load(&d.c1),

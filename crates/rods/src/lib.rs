@@ -5,6 +5,8 @@
 //! state          ── RodSet: positions, angles, directors, rest shape of many strands
 //! loads, boundary── what acts and what is held during one step
 //! stepper        ── RodStepper: gather → Newton (kernel, band solver) → accept
+//! stiffness      ── exact stiffness matrix, stability, modes
+//! equilibrium    ── static equilibrium; rest shapes for a given shape
 //! measure        ── energies, momenta, curvature, tension for records
 //! ```
 //!
@@ -13,6 +15,7 @@
 
 mod boundary;
 mod coefficients;
+mod equilibrium;
 mod error;
 mod group;
 mod kernel;
@@ -25,8 +28,10 @@ mod settings;
 mod spec;
 mod state;
 mod stepper;
+mod stiffness;
 
 pub use boundary::{Boundary, End, FixedAngle, FixedEdge, FixedVertex, Goal};
+pub use equilibrium::{EquilibriumReport, EquilibriumSettings, equilibrium, make_sag_free};
 pub use error::RodError;
 pub use loads::Loads;
 pub use material::StrandMaterial;

@@ -53,7 +53,8 @@ impl<'a> Loads<'a> {
         if !self.gravity.iter().all(|v| v.is_finite()) {
             return Err(RodError::NonFinite { strand: 0, vertex: 0, what: "gravity" });
         }
-        for (what, slice) in [("force", self.force), ("fluid velocity", self.fluid_velocity), ("impulse", self.impulse)] {
+        for (what, slice) in [("force", self.force), ("fluid velocity", self.fluid_velocity), ("impulse", self.impulse)]
+        {
             if let Some(i) = slice.and_then(|s| s.iter().position(|v| !v.iter().all(|c| c.is_finite()))) {
                 return Err(place(what, i));
             }

@@ -178,14 +178,22 @@ fn weaker(mode: HessianMode) -> &'static [HessianMode] {
 
 impl Group {
     fn evaluate_at_iterate(&mut self, s: &mut Scratch, mode: HessianMode) -> Value {
-        Evaluation {
+        Evaluation { data: &self.data, base: &self.base, u: &self.u, frames: &mut s.frames, gradient: &mut s.gradient }
+            .run(Some((&mut s.band.columns, mode)))
+    }
+
+    pub fn bench_evaluate(&self, s: &mut Scratch, mode: Option<HessianMode>) -> f64 {
+        s.resize(self.nv);
+        let band = mode.map(|m| (s.band.columns.as_mut_slice(), m));
+        let value = Evaluation {
             data: &self.data,
             base: &self.base,
             u: &self.u,
             frames: &mut s.frames,
             gradient: &mut s.gradient,
         }
-        .run(Some((&mut s.band.columns, mode)))
+        .run(band);
+        value.energy[0]
     }
 
     /// Factors the matrix in `s.band`; where it is not positive definite, weaker ones of the same iterate.
@@ -372,12 +380,8 @@ impl Group {
                 } else {
                     copy_lanes(&mut s.direction, &s.trial, fresh);
                 }
-                slope = dispatch(Along {
-                    data: &self.data,
-                    u: &self.u,
-                    gradient: &self.gradient,
-                    direction: &s.direction,
-                });
+                slope =
+                    dispatch(Along { data: &self.data, u: &self.u, gradient: &self.gradient, direction: &s.direction });
                 for l in 0..4 {
                     if fresh[l] {
                         let report = &mut self.reports[l];

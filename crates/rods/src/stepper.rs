@@ -112,13 +112,7 @@ impl RodStepper {
     }
 
     /// Solves one step of length `dt` \[s\] without accepting it. The solution is read by [`velocity`](Self::velocity).
-    pub fn solve(
-        &mut self,
-        rods: &RodSet,
-        dt: f64,
-        loads: &Loads,
-        boundary: &Boundary,
-    ) -> Result<RodReport, RodError> {
+    pub fn solve(&mut self, rods: &RodSet, dt: f64, loads: &Loads, boundary: &Boundary) -> Result<RodReport, RodError> {
         self.scheme = None;
         self.settings.check()?;
         if !(dt.is_finite() && dt > 0.0) {
@@ -476,6 +470,19 @@ impl RodStepper {
         } else {
             StepLimit { seconds: f64::INFINITY, reason: StepReason::Unlimited }
         }
+    }
+}
+
+/// The parts of a Newton iteration on their own, for benchmarks.
+#[doc(hidden)]
+impl RodStepper {
+    /// Energy and gradient (and matrix) of every strand at the last solution; the sum of the energies.
+    pub fn bench_evaluate(&mut self, matrix: bool) -> f64 {
+        let mut scratch = take(&self.pool);
+        let mode = matrix.then_some(self.settings.hessian);
+        let sum = self.groups.iter().map(|g| g.bench_evaluate(&mut scratch, mode)).sum();
+        give(&self.pool, scratch);
+        sum
     }
 }
 

@@ -48,16 +48,17 @@ fn hair_released_from_straight_swings_and_keeps_its_clamp() {
     let mut stepper = RodStepper::new(RodSettings::default()).unwrap();
     let mut boundary = Boundary::default();
     boundary.clamp(&rods, s, End::Root);
-    let mut energy = rods.energy(&loads).total();
+    let (mut energy, mut lowest) = (rods.energy(&loads).total(), 0.0f64);
     for _ in 0..200 {
         let report = stepper.advance(&mut rods, 1e-3, &loads, &boundary).unwrap();
         assert!(report.solve.iterations < 15, "{report:?}");
         let now = rods.energy(&loads).total();
         assert!(now <= energy + 1e-12, "{now} {energy}");
         energy = now;
+        lowest = lowest.min(rods.position[40].z);
     }
     assert_eq!(rods.position[0], V::zeros());
-    assert!(rods.position[40].z < -0.004);
+    assert!(lowest < -0.004, "{lowest}");
     let (force, _) = stepper.reaction(&rods, s, &V::zeros());
     assert!(force.z > 0.0);
     rods.check().unwrap();

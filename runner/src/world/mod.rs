@@ -13,7 +13,6 @@ pub mod script;
 pub mod solids;
 pub mod strands;
 
-use std::path::Path;
 use std::time::Instant;
 
 use nalgebra::Vector3;
@@ -136,25 +135,20 @@ pub struct World {
 }
 
 impl World {
-    /// Builds the world of a scene; files are read relative to `folder`.
+    /// Builds the world of a scene.
     ///
     /// # Errors
     /// When a part cannot be built; the message names it.
-    pub fn build(
-        scene: &Scene,
-        plan: Plan,
-        geometry: &[StrandGeometry],
-        folder: &Path,
-    ) -> Result<World, BuildError> {
+    pub fn build(scene: &Scene, plan: &Plan, geometry: &[StrandGeometry]) -> Result<World, BuildError> {
         let built = strands::build(scene, geometry)?;
-        let solids = solids::build(scene, folder)?;
+        let solids = solids::build(scene)?;
         let mut state = WorldState { rods: built.rods, ledger: Ledger::default() };
         let strands = if geometry.is_empty() {
             None
         } else {
             let stepper =
                 RodStepper::new(rod_settings(scene)).map_err(|error| BuildError::Solver(error.to_string()))?;
-            let mut strands = StrandWorld {
+            let strands = StrandWorld {
                 reactions: vec![Reaction::default(); built.held.len()],
                 held: built.held,
                 boundary: Boundary::default(),
@@ -163,9 +157,6 @@ impl World {
                 friction: built.friction,
                 group: built.group,
             };
-            if !built.sagfree.is_empty() {
-                strands.make_sagfree(&mut state.rods, &built.sagfree, scene.gravity)?;
-            }
             strands.start_held_parts(&mut state.rods);
             Some(strands)
         };

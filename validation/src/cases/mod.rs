@@ -2,14 +2,15 @@
 //!
 //! Each group is a module with `cases()`; a new group adds its line here.
 
-use crate::case::Case;
+pub mod granular;
+pub mod liquid;
 
-mod granular;
+use crate::case::Case;
 
 /// Every case there is, in order of group and name.
 #[must_use]
 pub fn all() -> Vec<Case> {
-    let groups: Vec<Vec<Case>> = vec![granular::cases()];
+    let groups: Vec<Vec<Case>> = vec![granular::cases(), liquid::cases(), crate::hard::cases()];
     let mut cases: Vec<Case> = groups.into_iter().flatten().collect();
     cases.sort_by_key(|case| case.id);
     cases

@@ -42,12 +42,8 @@ impl GroupSolver for Auto {
             }
         }
         // a short run of sweeps: settles loose groups, and starts the others well
-        let first = GaussSeidel {
-            max_sweeps: FIRST_SWEEPS,
-            check_every: 10,
-            local: self.local,
-            patience: Some(FIRST_SWEEPS),
-        };
+        let first =
+            GaussSeidel { max_sweeps: FIRST_SWEEPS, check_every: 10, local: self.local, patience: Some(FIRST_SWEEPS) };
         let mut outcome = first.solve(group, r);
         if outcome.status.is_converged() {
             return outcome;

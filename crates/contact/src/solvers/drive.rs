@@ -61,7 +61,10 @@ pub fn solve(problem: &ContactProblem, warm: Option<&[Vec3]>, settings: &Contact
 /// Solves a problem with a given method for every group.
 #[must_use]
 pub fn solve_with(
-    problem: &ContactProblem, warm: Option<&[Vec3]>, settings: &ContactSettings, solver: &(dyn GroupSolver + Sync),
+    problem: &ContactProblem,
+    warm: Option<&[Vec3]>,
+    settings: &ContactSettings,
+    solver: &(dyn GroupSolver + Sync),
 ) -> Solution {
     let n = problem.len();
     if n == 0 {
@@ -118,7 +121,8 @@ pub fn solve_with(
             };
             (solver.solve(&group, &mut gr), gr)
         };
-        let solved: Vec<(GroupOutcome, Vec<Vec3>)> = if n >= settings.parallel_above && rayon::current_num_threads() > 1 {
+        let solved: Vec<(GroupOutcome, Vec<Vec3>)> = if n >= settings.parallel_above && rayon::current_num_threads() > 1
+        {
             groups.par_iter().map(one).collect()
         } else {
             groups.iter().map(one).collect()
@@ -138,7 +142,11 @@ pub fn solve_with(
 }
 
 fn finish(
-    problem: &ContactProblem, settings: &ContactSettings, q: Vec<Vec3>, mut r: Vec<Vec3>, outcomes: &[GroupOutcome],
+    problem: &ContactProblem,
+    settings: &ContactSettings,
+    q: Vec<Vec3>,
+    mut r: Vec<Vec3>,
+    outcomes: &[GroupOutcome],
 ) -> Solution {
     let n = problem.len();
     let mut parts = ResidualParts::default();
@@ -185,10 +193,5 @@ fn finish(
         residual,
         tolerance: settings.tolerance,
     };
-    Solution {
-        impulses: r,
-        velocities,
-        states,
-        report: ContactReport { solve, groups: outcomes.len(), stages },
-    }
+    Solution { impulses: r, velocities, states, report: ContactReport { solve, groups: outcomes.len(), stages } }
 }

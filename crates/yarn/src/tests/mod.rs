@@ -1,0 +1,3 @@
+//! Properties of the whole method.
+
+mod reference;

@@ -273,6 +273,14 @@ impl Rheometer {
             result.gates.push(Gate::new("two measures", (surface / overall - 1.0).abs(), 0.1, 0.3));
             result.gates.push(Gate::new("drift", d.drift.abs() * duration / expected, 0.1, 0.5));
         }
+        if let Drive::Oscillation { waves, .. } = &segment.drive {
+            let fastest = waves.iter().fold(0.0f64, |m, w| m.max(w.frequency));
+            result.gates.push(Gate::new("steps per period", 100.0 * fastest * segment.dt, 1.0, 3.0));
+        }
+        if let crate::assembly::Assembly::Directed(s) = &self.assembly {
+            // Beyond half of the box the nearest image of the partner is another grain's place.
+            result.gates.push(Gate::new("link length", s.longest_link(), 0.8, 0.99));
+        }
         let fastest = signal.rate.iter().fold(0.0f64, |m, r| m.max(r.abs()));
         // Mass in kg/m over pressure in Pa gives s²; of spheres the mass per diameter.
         let c = self.settings.model.constants();

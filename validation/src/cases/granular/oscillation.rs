@@ -19,10 +19,12 @@ pub const CASE: Case = Case {
         Param::flag("links", true, "cross-links the sample before cutting it"),
         Param::count("cut_lines", 5, "Voronoi points that cut it into particles; 0 leaves one body"),
         Param::text("mode", "compat", "physical or compat"),
-        Param::count("seeds", 3, "number of samples"),
+        Param::count("seeds", 2, "number of samples"),
         Param::count("first_seed", 1, "seed of the first sample"),
         Param::count("grains", 150, "number of grains; the box stays 500 µm wide"),
-        Param::number("step_factor", 1.0, "1", "factor on the time step"),
+        Param::number("relative_frequency", 0.025, "1", "frequency times the characteristic time"),
+        Param::number("step_factor", 0.0, "1", "factor on the published time step; 0 takes the mode's own"),
+        Param::flag("lissajous", false, "draws the Lissajous curve of the first seed, at the cost of one more run"),
     ],
     run,
 };
@@ -119,10 +121,13 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
     };
     let mut settings = settings(mode, amplitude, mu, packing, links, points, seeds, first);
     settings.model.grains = grains;
-    settings.step_factor = p.number_in("step_factor", 0.01, 1000.0)?;
+    settings.step_factor = p.number_in("step_factor", 0.0, 1000.0)?;
+    let relative_frequency = p.number_in("relative_frequency", 1e-4, 0.25)?;
+    settings.experiment =
+        Experiment::Oscillation(Oscillation { amplitude, relative_frequency, ..Oscillation::default() });
     let e = run_ensemble(&settings, |_| {}).map_err(CaseError::failed)?;
     let mut out = Outcome::new();
-    let standard = grains == 150 && settings.step_factor == 1.0;
+    let standard = grains == 150 && settings.step_factor() == 1.0 && relative_frequency == 0.025;
     let known = reference_sets().into_iter().find(|r| {
         // Without links there is nothing to cut.
         let cut = !links || r.cut_lines == points || (points < 2 && r.cut_lines < 2);
@@ -175,7 +180,7 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
                 .collect(),
         });
     }
-    if grains <= 1000 {
+    if p.flag("lissajous")? {
         out.curve(lissajous(&MicrogelSettings { seeds: 1, ..settings })?);
     }
     Ok(out)

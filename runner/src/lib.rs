@@ -1,5 +1,25 @@
 //! From a scene file to records: scene → world → plan → stepper → record.
+//!
+//! ```text
+//! scene     text → Scene in SI, or a message that says what to write instead
+//! world     all state of strands and liquid; components are optional
+//! plan      which stages this scene needs, and why
+//! stages    one file per stage of the algorithm
+//! system    the trait that strands and liquid, yarns and microgels share
+//! stepper   step size, retry with a smaller step
+//! record    series, frames, checkpoints, provenance
+//! prepare   scene → job        run       job → results
+//! report, picture   a page with plots and pictures
+//! ```
 
+pub mod picture;
+pub mod plan;
+pub mod prepare;
 pub mod record;
+pub mod report;
+pub mod run;
+pub mod scene;
+pub mod stages;
 pub mod stepper;
 pub mod system;
+pub mod world;

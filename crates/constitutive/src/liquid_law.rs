@@ -15,6 +15,7 @@ use crate::error::{RheologyError, require};
 use crate::flow_curve::FlowCurve;
 use crate::flow_map::FlowMap;
 use crate::shear_flow::ShearFlow;
+use crate::tearing::TornRule;
 use crate::tensor::{Tensor, contract, determinant, deviator, inverse_root, symmetric_eigen};
 
 /// How the mean of `b̄` is chosen after its deviator was relaxed.
@@ -36,6 +37,8 @@ pub struct LawSettings {
     pub flow_map: FlowMap,
     /// How the determinant of the strain is kept.
     pub determinant: DeterminantPolicy,
+    /// What becomes of the shear stress of a torn particle.
+    pub torn: TornRule,
 }
 
 /// The law of one liquid: neo-Hookean volume and shear, Herschel–Bulkley flow.
@@ -121,29 +124,30 @@ pub fn normalise<const D: usize>(strain: &Tensor<D>) -> Result<(Tensor<D>, bool)
         return Err(RheologyError::NonFinite { what: "elastic strain" });
     }
     // a determinant taken from the entries has no digits left here: normalise the principal values in log space
-    let (values, axes) = symmetric_eigen(&symmetric);
+    let eigen = symmetric_eigen(&symmetric);
     let floor = size.max(1.0) * 1e-15;
-    let mut logs = values.map(|v| v.max(floor).ln());
+    let mut logs = eigen.values.map(|v| v.max(floor).ln());
     let bound = MAX_PRINCIPAL_STRAIN.ln();
     let mut limited = false;
     for _ in 0..4 {
-        let mean = logs.iter().sum::<f64>() / D as f64;
-        for l in &mut logs {
-            *l -= mean;
-            if l.abs() > bound {
-                *l = l.clamp(-bound, bound);
+        let mean = logs.sum() / D as f64;
+        for k in 0..D {
+            logs[k] -= mean;
+            if logs[k].abs() > bound {
+                logs[k] = logs[k].clamp(-bound, bound);
                 limited = true;
             }
         }
     }
-    let mean = logs.iter().sum::<f64>() / D as f64;
-    let mut scaled = axes;
+    let mean = logs.sum() / D as f64;
+    let mut scaled = eigen.vectors;
     for i in 0..D {
         let factor = (logs[i] - mean).exp();
         for k in 0..D {
             scaled[(k, i)] *= factor;
         }
     }
+    let axes = eigen.vectors;
     let out = scaled * axes.transpose();
     Ok((0.5 * (out + out.transpose()), limited))
 }
@@ -170,12 +174,11 @@ pub fn unit_determinant_mean<const D: usize>(dev: &Tensor<D>, start: f64) -> f64
             break;
         }
         let next = beta - cubic(beta) / slope;
-        if !(next < beta) {
-            break;
-        }
         let step = beta - next;
-        beta = next;
-        if step <= 1e-15 * beta {
+        if step > 0.0 {
+            beta = next;
+        }
+        if step <= 1e-15 * beta || step.is_nan() {
             break;
         }
     }
@@ -346,7 +349,7 @@ mod tests {
             prop_assert!((law.shear_stress_norm(&out.strain) - out.stress).abs() <= 1e-12 * out.stress.max(1.0));
             let (a, b) = (deviator(&trial.strain).0, deviator(&out.strain).0);
             prop_assert!((contract(&a, &b) - a.norm() * b.norm()).abs() <= 1e-12 * a.norm() * b.norm());
-            prop_assert!(symmetric_eigen(&out.strain).0.iter().all(|&v| v > 0.0));
+            prop_assert!(symmetric_eigen(&out.strain).values.iter().all(|&v| v > 0.0));
         }
 
         #[test]
@@ -379,7 +382,7 @@ mod tests {
             let f = Matrix3::from_diagonal(&Vector3::new(2.0, 0.7, 1.0 / 1.4));
             let trial = elastic_trial(&strain, &f).unwrap();
             strain = trial.strain;
-            let (values, _) = symmetric_eigen(&strain);
+            let values = symmetric_eigen(&strain).values;
             assert!(values.iter().all(|v| v.is_finite() && *v > 0.0 && *v <= 1.1 * MAX_PRINCIPAL_STRAIN), "{values:?}");
         }
         assert!(elastic_trial(&strain, &Matrix3::identity()).unwrap().strain.norm() > 1e5);

@@ -5,12 +5,16 @@
 
 use crate::error::RheologyError;
 use crate::liquid_law::{ElasticTrial, elastic_trial};
-use crate::tensor::{Tensor, determinant, deviator, inverse, inverse_root, rotation, symmetric_eigen};
+use crate::tensor::{
+    Tensor, determinant, deviator, inverse, inverse_root, largest_eigenvalue, polar_rotation, symmetric_eigen,
+    symmetric_part,
+};
+use serde::{Deserialize, Serialize};
 
 /// Plastic history `C^P = J^{-2/D} Fᵀ b̄⁻¹ F`, symmetric, of determinant 1 where `b̄` has it.
 ///
 /// # Errors
-/// [`RheologyError::Deformation`] if `det F` is not positive and finite.
+/// [`RheologyError::Deformation`] if `det F` is not positive and finite; [`RheologyError::NonFinite`] if `b̄` is singular.
 pub fn plastic_history<const D: usize>(
     deformation_gradient: &Tensor<D>,
     strain: &Tensor<D>,
@@ -20,7 +24,8 @@ pub fn plastic_history<const D: usize>(
         return Err(RheologyError::Deformation { determinant: j });
     }
     let isochoric = deformation_gradient * inverse_root::<D>(j);
-    let history = isochoric.transpose() * inverse(strain) * isochoric;
+    let inverse_strain = inverse(strain).ok_or(RheologyError::NonFinite { what: "inverse of the elastic strain" })?;
+    let history = isochoric.transpose() * inverse_strain * isochoric;
     Ok(0.5 * (history + history.transpose()))
 }
 
@@ -29,6 +34,16 @@ pub fn plastic_history<const D: usize>(
 #[must_use]
 pub fn is_torn<const D: usize>(history: &Tensor<D>, limit: f64) -> bool {
     deviator(history).0.norm() >= limit
+}
+
+/// What becomes of the shear stress of a torn particle that is pulled further.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum TornRule {
+    /// Its elastic strain is released: a torn thread bears nothing until it is pressed together again. The default.
+    #[default]
+    Release,
+    /// Its elastic strain turns with it but does not grow; what lies below yield stays for good. The published form.
+    Hold,
 }
 
 /// What a torn particle does with the deformation `f` of a step: strain that would grow only turns, tension is released.
@@ -40,26 +55,29 @@ pub struct TornStep<const D: usize> {
     pub applied: Tensor<D>,
 }
 
-/// Carries the strain of a torn particle through the deformation `f`: the largest principal strain may fall, not grow, and a
-/// volume ratio above 1 may not grow.
+/// Carries the strain of a torn particle through the deformation `f`: the largest principal strain may fall, not grow (it is
+/// released or held by `rule`), and a volume ratio above 1 may not grow.
 ///
+/// - `rule`: what becomes of the shear stress
 /// - `strain`: elastic strain before the step
 /// - `volume_ratio`: volume ratio before the step
 ///
 /// # Errors
 /// Those of [`elastic_trial`].
 pub fn torn_step<const D: usize>(
+    rule: TornRule,
     strain: &Tensor<D>,
     volume_ratio: f64,
     f: &Tensor<D>,
 ) -> Result<TornStep<D>, RheologyError> {
     let mut trial = elastic_trial(strain, f)?;
     let mut applied = *f;
-    let largest = |b: &Tensor<D>| symmetric_eigen(b).0.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    if largest(&trial.strain) > largest(strain) {
-        let turn = rotation(f);
-        let turned = turn * strain * turn.transpose();
-        trial.strain = 0.5 * (turned + turned.transpose());
+    if largest_eigenvalue(&trial.strain) > largest_eigenvalue(strain) {
+        let turn = polar_rotation(f);
+        trial.strain = match rule {
+            TornRule::Hold => symmetric_part(&(turn * strain * turn.transpose())),
+            TornRule::Release => Tensor::<D>::identity(),
+        };
         applied = turn / inverse_root::<D>(trial.volume_factor);
     }
     if trial.volume_factor > 1.0 && volume_ratio * trial.volume_factor > 1.0 {
@@ -84,23 +102,17 @@ pub fn recover<const D: usize>(
 ) -> Result<Tensor<D>, RheologyError> {
     let history = plastic_history(deformation_gradient, strain)?;
     let j = determinant(deformation_gradient);
-    let (values, axes) = symmetric_eigen(&history);
+    let eigen = symmetric_eigen(&history);
     let exponent = 0.5 * (-dt / recovery_time).exp_m1();
-    let mut scaled = axes;
-    for i in 0..D {
-        let factor = (exponent * values[i].max(1e-12).ln()).exp();
-        for k in 0..D {
-            scaled[(k, i)] *= factor;
-        }
-    }
-    let healed = deformation_gradient * scaled * axes.transpose();
+    let factor = eigen.map(|p| (exponent * p.max(1e-12).ln()).exp());
+    let healed = deformation_gradient * factor;
     Ok(healed * inverse_root::<D>(determinant(&healed) / j))
 }
 
 /// Norm of the logarithm of a history (0 for an unstrained particle).
 #[must_use]
 pub fn log_norm<const D: usize>(history: &Tensor<D>) -> f64 {
-    symmetric_eigen(history).0.iter().map(|v| v.max(1e-300).ln().powi(2)).sum::<f64>().sqrt()
+    symmetric_eigen(history).values.iter().map(|v| v.max(1e-300).ln().powi(2)).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]
@@ -140,16 +152,18 @@ mod tests {
     fn a_torn_particle_turns_but_does_not_stretch() {
         let b = strain();
         let stretch = Matrix3::new(1.3, 0.3, 0.0, -0.3, 1.1, 0.0, 0.0, 0.0, 1.0);
-        let torn = torn_step(&b, 1.0, &stretch).unwrap();
-        let (before, after) = (symmetric_eigen(&b).0, symmetric_eigen(&torn.trial.strain).0);
-        for v in before {
+        let torn = torn_step(TornRule::Hold, &b, 1.0, &stretch).unwrap();
+        let (before, after) = (symmetric_eigen(&b).values, symmetric_eigen(&torn.trial.strain).values);
+        for v in before.iter() {
             assert!(after.iter().any(|w| (v - w).abs() < 1e-12));
         }
         assert_eq!(torn.trial.volume_factor, 1.0);
         assert!((determinant(&torn.applied) - 1.0).abs() < 1e-12);
+        let released = torn_step(TornRule::Release, &b, 1.0, &stretch).unwrap();
+        assert_eq!(released.trial.strain, Matrix3::identity());
         // compression and shortening pass unchanged
         let shrink = Matrix3::identity() * 0.99;
-        let torn = torn_step(&b, 1.0, &shrink).unwrap();
+        let torn = torn_step(TornRule::Release, &b, 1.0, &shrink).unwrap();
         assert_eq!(torn.applied, shrink);
         assert!((torn.trial.volume_factor - 0.99f64.powi(3)).abs() < 1e-15);
     }

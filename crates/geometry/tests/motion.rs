@@ -41,13 +41,13 @@ fn movement() -> impl Strategy<Value = Movement> {
         (vector(1.0), 0.2..3.0f64, -3.0..3.0f64, during()).prop_map(|(amplitude, frequency, phase, during)| {
             Movement::Oscillate { amplitude, frequency, phase, during }
         }),
-        (proptest::collection::vec(key, 1..5), interpolation).prop_map(|(list, interpolation)| {
+        (proptest::collection::vec(key, 1..5), interpolation, about()).prop_map(|(list, interpolation, about)| {
             let mut time = -0.2;
             let keys = list.into_iter().map(|(gap, translation, rotation, scale)| {
                 time += gap;
                 Key { time, translation, rotation, scale }
             });
-            Movement::Keyframes { keys: keys.collect(), interpolation }
+            Movement::Keyframes { keys: keys.collect(), interpolation, about }
         }),
     ]
 }

@@ -39,6 +39,8 @@ pub struct Cell {
     pub strain: f64,
     /// Shear rate [1/s].
     pub rate: f64,
+    /// Rate at which the height shrinks over the height [1/s]; positive closes the box.
+    pub closing: f64,
     /// How the box ends.
     pub boundary: Boundary,
 }
@@ -46,7 +48,7 @@ pub struct Cell {
 impl Cell {
     /// A Lees–Edwards box at rest.
     pub fn new(width: f64, height: f64) -> Self {
-        Self { width, height, strain: 0.0, rate: 0.0, boundary: Boundary::LeesEdwards }
+        Self { width, height, strain: 0.0, rate: 0.0, closing: 0.0, boundary: Boundary::LeesEdwards }
     }
 
     /// Area of the box [µm²].

@@ -9,6 +9,7 @@
 //! bspline    ── quadratic B-spline weights on staggered grids
 //! reduce     ── sums in an order that no thread count changes
 //! banded     ── banded LDLᵀ with the half-bandwidth known at compile time, batched over strands
+//! multigrid  ── conjugate gradients with geometric multigrid for a scalar on sparse grid cells
 //! pcg        ── preconditioned conjugate gradients with breakdown detection
 //! ```
 //!
@@ -18,6 +19,10 @@ pub mod banded;
 pub mod bspline;
 pub mod eigen;
 pub mod lanes;
+pub mod multigrid;
+mod multigrid_coarsen;
+mod multigrid_level;
+pub mod multigrid_system;
 pub mod pcg;
 pub mod reduce;
 pub mod report;

@@ -75,8 +75,42 @@ impl PcgScratch {
 /// The report's residual is relative to the norm of `b`. A direction of non-positive curvature ends the solve with
 /// [`Status::Breakdown`] and the best iterate so far: a step from it is never accepted.
 pub fn solve(
-    mut apply: impl FnMut(&[f64], &mut [f64]),
-    mut precondition: impl FnMut(&[f64], &mut [f64]),
+    apply: impl FnMut(&[f64], &mut [f64]),
+    precondition: impl FnMut(&[f64], &mut [f64]),
+    b: &[f64],
+    x: &mut [f64],
+    scratch: &mut PcgScratch,
+    settings: &PcgSettings,
+) -> SolveReport {
+    solve_system(&mut Closures { apply, precondition }, b, x, scratch, settings)
+}
+
+/// A symmetric positive definite operator with its preconditioner, for solvers whose two halves share state.
+pub trait PreconditionedSystem {
+    /// `out = A v`.
+    fn apply(&mut self, v: &[f64], out: &mut [f64]);
+    /// `z ≈ A⁻¹ r`, symmetric positive definite.
+    fn precondition(&mut self, r: &[f64], z: &mut [f64]);
+}
+
+struct Closures<A, P> {
+    apply: A,
+    precondition: P,
+}
+
+impl<A: FnMut(&[f64], &mut [f64]), P: FnMut(&[f64], &mut [f64])> PreconditionedSystem for Closures<A, P> {
+    fn apply(&mut self, v: &[f64], out: &mut [f64]) {
+        (self.apply)(v, out);
+    }
+
+    fn precondition(&mut self, r: &[f64], z: &mut [f64]) {
+        (self.precondition)(r, z);
+    }
+}
+
+/// [`solve`] for an operator and a preconditioner that share state.
+pub fn solve_system(
+    system: &mut impl PreconditionedSystem,
     b: &[f64],
     x: &mut [f64],
     scratch: &mut PcgScratch,
@@ -96,7 +130,7 @@ pub fn solve(
     }
     scratch.resize(n);
     let PcgScratch { residual: r, preconditioned: z, direction: p, product: q, best } = scratch;
-    residual_of(&mut apply, b, x, r);
+    residual_of(system, b, x, r);
     let mut error = settings.norm.of(r) / size;
     if !error.is_finite() {
         // A poor first guess must not poison the solve.
@@ -109,7 +143,7 @@ pub fn solve(
     if error <= settings.tolerance {
         return report(Status::Converged, 0, error);
     }
-    precondition(r, z);
+    system.precondition(r, z);
     p.copy_from_slice(z);
     let mut rho = dot(r, z);
     let mut status = Status::MaxIterations;
@@ -118,7 +152,7 @@ pub fn solve(
         return report(if rho.is_finite() { Status::Breakdown } else { Status::NonFinite }, 0, error);
     }
     for iteration in 1..=settings.max_iterations {
-        apply(p, q);
+        system.apply(p, q);
         let pq = dot(p, q);
         if !pq.is_finite() {
             status = Status::NonFinite;
@@ -132,7 +166,7 @@ pub fn solve(
         add_scaled(x, alpha, p);
         iterations = iteration;
         if settings.refresh > 0 && iteration % settings.refresh == 0 {
-            residual_of(&mut apply, b, x, r);
+            residual_of(system, b, x, r);
         } else {
             add_scaled(r, -alpha, q);
         }
@@ -149,7 +183,7 @@ pub fn solve(
             status = Status::Converged;
             break;
         }
-        precondition(r, z);
+        system.precondition(r, z);
         let next = dot(r, z);
         if next.is_nan() || next <= 0.0 {
             status = if next.is_finite() { Status::Breakdown } else { Status::NonFinite };
@@ -164,8 +198,8 @@ pub fn solve(
     report(status, iterations, best_error)
 }
 
-fn residual_of(apply: &mut impl FnMut(&[f64], &mut [f64]), b: &[f64], x: &[f64], r: &mut [f64]) {
-    apply(x, r);
+fn residual_of(system: &mut impl PreconditionedSystem, b: &[f64], x: &[f64], r: &mut [f64]) {
+    system.apply(x, r);
     for (r, b) in r.iter_mut().zip(b) {
         *r = b - *r;
     }

@@ -68,7 +68,7 @@ impl DragLaw {
             }
             let step = (next - x).abs();
             x = next;
-            if step <= 4.0 * f64::EPSILON * (1.0 + x.abs()) {
+            if step <= 1e-14 * (1.0 + x.abs()) || miss.abs() <= 4.0 * f64::EPSILON {
                 break;
             }
         }
@@ -85,7 +85,7 @@ impl DragLaw {
             let u = ln_u.exp();
             self.force(u, geometry, porosity, voidage_exponent(self.reynolds(u, geometry.diameter, porosity))).total()
         };
-        if !(load > self.yield_force(geometry, porosity, 3.7)) || !load.is_finite() {
+        if load <= self.yield_force(geometry, porosity, 3.7) || !load.is_finite() {
             return 0.0;
         }
         let (mut low, mut high) = (-345.0, 60.0);

@@ -83,13 +83,16 @@ pub enum Movement {
         /// Start and end [s].
         during: (f64, f64),
     },
-    /// Passes through given poses, turning about the body's own centre.
+    /// Passes through given poses.
     Keyframes {
         /// Poses with strictly rising times.
         keys: Vec<Key>,
         /// Curve between keys.
         #[serde(default)]
         interpolation: Interpolation,
+        /// Point about which the poses turn and scale.
+        #[serde(default)]
+        about: Pivot,
     },
 }
 
@@ -249,7 +252,12 @@ impl Motion {
                 | Movement::Oscillate { amplitude: v, .. }
                 | Movement::Rotate { about: Pivot::Point(v), .. }
                 | Movement::Scale { about: Pivot::Point(v), .. } => *v *= unit,
-                Movement::Keyframes { keys, .. } => keys.iter_mut().for_each(|key| key.translation *= unit),
+                Movement::Keyframes { keys, about, .. } => {
+                    keys.iter_mut().for_each(|key| key.translation *= unit);
+                    if let Pivot::Point(point) = about {
+                        *point *= unit;
+                    }
+                }
                 Movement::Rotate { .. } | Movement::Scale { .. } => {}
             }
         }
@@ -310,9 +318,10 @@ impl Movement {
                 let scale = if value == 1.0 { *factor } else { factor.powf(value) };
                 about_pivot(UnitQuaternion::identity(), scale, Vector3::zeros(), factor.ln() * rate, pivot(*about))
             }
-            Movement::Keyframes { keys, interpolation } => {
-                let (step, mut own) = keyframes::evaluate(keys, *interpolation, center, time);
-                // The pivot rides on the body; add its velocity, less what the carried field already counts.
+            Movement::Keyframes { keys, interpolation, about } => {
+                let (center, center_velocity) = pivot(*about);
+                let (step, mut own) = keyframes::evaluate(keys, *interpolation, &center, time);
+                // The pivot may ride on the body; add its velocity, less what the carried field already counts.
                 own.linear += center_velocity - step.rotation * (center_velocity * step.scale);
                 (step, own)
             }

@@ -214,6 +214,20 @@ fn rounding_within(shape: &'static str, value: f64, limit: f64) -> Result<f64, S
     }
 }
 
+/// Moves a surface outward; convex primitives stay primitives.
+fn rounded(mut shape: Shape, offset: f64) -> Shape {
+    match &mut shape {
+        Shape::Sphere { radius, .. } | Shape::Capsule { radius, .. } => *radius += offset,
+        Shape::Cuboid { rounding, .. } | Shape::Cylinder { rounding, .. } => *rounding += offset,
+        Shape::HalfSpace { point, normal } => *point += *normal * offset,
+        Shape::Torus { major_radius, minor_radius, .. } if *minor_radius + offset < *major_radius => {
+            *minor_radius += offset
+        }
+        _ => return Shape::Rounded { shape: Box::new(shape), radius: offset },
+    }
+    shape
+}
+
 impl ShapeDescription {
     /// Checks the description and makes the shape; files are looked up from `base`.
     ///
@@ -288,7 +302,7 @@ impl ShapeDescription {
                 Shape::Mesh(Arc::new(mesh.map_err(|source| ShapeError::Mesh { file: file.clone(), source })?))
             }
             ShapeDescription::Rounded { shape, radius } => {
-                Shape::Rounded { radius: positive("Rounded", "radius", *radius)?, shape: Box::new(shape.build(base)?) }
+                rounded(shape.build(base)?, positive("Rounded", "radius", *radius)?)
             }
             ShapeDescription::Complement(shape) => Shape::Complement(Box::new(shape.build(base)?)),
             ShapeDescription::Union(parts) if parts.is_empty() => return Err(ShapeError::EmptyUnion),
@@ -348,7 +362,7 @@ mod tests {
     fn build(text: &str) -> Result<Shape, String> {
         let description: ShapeDescription = ron::from_str(text).map_err(|e| e.to_string())?;
         let again: ShapeDescription = ron::from_str(&ron::to_string(&description).unwrap()).unwrap();
-        assert_eq!(description, again);
+        assert_eq!(format!("{description:?}"), format!("{again:?}"));
         description.build(Path::new(".")).map_err(|e| e.to_string())
     }
 

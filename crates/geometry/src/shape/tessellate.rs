@@ -74,7 +74,9 @@ impl Shape {
                 }
             }
             Shape::Torus { center, axis, major_radius, minor_radius } => {
-                lathe(center, axis, n, &arc(*major_radius, 0.0, *minor_radius, -PI, PI, n / 2))
+                let mut profile = arc(*major_radius, 0.0, *minor_radius, -PI, PI, n / 2);
+                profile[n / 2] = profile[0];
+                lathe(center, axis, n, &profile)
             }
             Shape::Mesh(mesh) => SurfaceMesh { positions: mesh.positions(), triangles: mesh.triangles().to_vec() },
             Shape::Rounded { shape, radius } => {
@@ -98,7 +100,10 @@ fn arc(rho: f64, height: f64, radius: f64, from: f64, to: f64, steps: usize) -> 
     (0..=steps)
         .map(|i| {
             let angle = from + (to - from) * i as f64 / steps.max(1) as f64;
-            ((rho + radius * angle.cos()).max(0.0), height + radius * angle.sin())
+            let reach = radius * angle.cos();
+            // Poles are points, to the last bit: otherwise a sphere has pinholes.
+            let reach = if reach.abs() < 1e-15 * radius { 0.0 } else { reach };
+            (rho + reach, height + radius * angle.sin())
         })
         .collect()
 }

@@ -14,7 +14,7 @@ impl Sample {
     pub(crate) fn ensure_pairs(&mut self) {
         if self.valid {
             let skin = self.skin_in_use;
-            let turned = (self.cell.strain - self.strain_at_build).abs();
+            let turned = (self.cell.strain - self.strain_at_build).abs() + self.closed;
             if (2.0 * self.largest_move + turned * (self.reach + skin)) * (1.0 + turned) < skin {
                 return;
             }
@@ -33,6 +33,7 @@ impl Sample {
                 let rows = ((y - b.y) / cell.height).round();
                 s[1] = rows as i32;
                 s[0] = ((x - b.x - rows * (cell.height * cell.strain)) / cell.width).round() as i32;
+                b.vy -= (y - b.y) * cell.closing;
                 b.x = x;
                 b.y = y;
                 b.vx += kick;
@@ -101,6 +102,7 @@ impl Sample {
         self.moved.fill([0.0; 2]);
         self.largest_move = 0.0;
         self.strain_at_build = cell.strain;
+        self.closed = 0.0;
         self.skin_in_use = skin;
         self.reach = 2.0 * radius.iter().fold(0.0f64, |m, &r| m.max(r));
         self.valid = true;

@@ -71,6 +71,8 @@ pub struct Sample {
     pub(crate) moved: Vec<[f64; 2]>,
     pub(crate) largest_move: f64,
     pub(crate) strain_at_build: f64,
+    /// Compressive strain since the last rebuild [-].
+    pub(crate) closed: f64,
     pub(crate) skin_in_use: f64,
     pub(crate) reach: f64,
     pub(crate) valid: bool,
@@ -129,6 +131,7 @@ impl Sample {
             moved: vec![[0.0; 2]; n],
             largest_move: 0.0,
             strain_at_build: 0.0,
+            closed: 0.0,
             skin_in_use: 0.0,
             reach: 0.0,
             valid: false,
@@ -187,7 +190,7 @@ impl Sample {
             g.x.push(x);
             g.y.push(y);
             g.vx.push(b.vx + kick);
-            g.vy.push(b.vy);
+            g.vy.push(b.vy - (y - b.y) * self.cell.closing);
             g.omega.push(b.omega);
             g.angle.push(self.angle[i]);
             g.radius.push(b.radius);
@@ -298,6 +301,17 @@ impl Sample {
         if carried == self.len() { Err(GranularError::NothingMovable { time: self.time }) } else { Ok(carried) }
     }
 
+    /// Carries, in addition, whoever touches a plate line now: the published rule, for studies of its effect.
+    pub fn capture(&mut self) {
+        let height = self.cell.height;
+        for (b, plate) in self.bodies.iter().zip(&mut self.plate) {
+            if *plate == 0 {
+                let y = b.y.rem_euclid(height);
+                *plate = i8::from(y >= height - b.radius) - i8::from(y <= b.radius);
+            }
+        }
+    }
+
     /// Releases all grains from the plates.
     pub fn release_plates(&mut self) {
         self.plate.fill(0);
@@ -318,6 +332,21 @@ impl Sample {
             p[2] += b.x * py - b.y * px + b.omega / b.inverse_inertia;
         }
         p
+    }
+
+    /// Rules.
+    pub fn rules_mut(&mut self) -> &mut Rules {
+        &mut self.rules
+    }
+
+    /// Adds a velocity along the flow to all grains [µm/s].
+    pub fn boost(&mut self, velocity: f64) {
+        self.bodies.iter_mut().for_each(|b| b.vx += velocity);
+    }
+
+    /// Adds a velocity along the gradient to all grains [µm/s].
+    pub fn lift(&mut self, velocity: f64) {
+        self.bodies.iter_mut().for_each(|b| b.vy += velocity);
     }
 
     /// Subtracts the mean velocity, unweighted.

@@ -79,6 +79,17 @@ impl Sample {
         self.pending_rate_change += change;
     }
 
+    /// Sets the rate at which the box closes along the gradient [1/s], with the matching jump of all velocities.
+    pub fn set_closing(&mut self, closing: f64) {
+        let change = closing - self.cell.closing;
+        if change != 0.0 {
+            for b in &mut self.bodies {
+                b.vy -= b.y * change;
+            }
+            self.cell.closing = closing;
+        }
+    }
+
     /// Advances by `dt` [s] with peculiar velocities multiplied by `damping` [-], and returns the state at its beginning.
     ///
     /// The stiffest contact bounds the step; a larger one is cut into parts or refused, as the rules say.
@@ -109,6 +120,11 @@ impl Sample {
             self.pending_dt = h;
             self.pending_rate_change = 0.0;
             self.cell.strain += self.cell.rate * h;
+            if self.cell.closing != 0.0 {
+                self.cell.height -= self.cell.height * self.cell.closing * h;
+                // Pairs approach by the closing of the box as well; the list is renewed rather than bounded.
+                self.closed += self.cell.closing.abs() * h;
+            }
             self.time += h;
             if !grains.finite.is_finite() {
                 return Err(self.first_non_finite());
@@ -243,7 +259,8 @@ impl Sample {
                 sums.torque += torque;
                 let spin = 0.5 * inertia * g.omega * g.omega;
                 sums.all_spin += spin;
-                let v = [g.vx - flow, g.vy];
+                let closing_flow = -g.y * cell.closing;
+                let v = [g.vx - flow, g.vy - closing_flow];
                 sums.kinetic += 0.5 * mass * (v[0] * v[0] + v[1] * v[1]) + spin;
                 if free {
                     sums.linear += Tensor2::dyad([fx, fy], arm);
@@ -253,18 +270,18 @@ impl Sample {
                     g.vy += fy * g.inverse_mass * h;
                     g.omega += torque * g.inverse_inertia * h;
                     g.vx = flow + (g.vx - flow) * q;
-                    g.vy *= q;
+                    g.vy = closing_flow + (g.vy - closing_flow) * q;
                     g.omega = rest_spin + (g.omega - rest_spin) * q;
                 } else {
                     // Part of the plate: carried along, not spinning.
                     g.vx = f64::from(plate[i]) * cell.rate * cell.height / 2.0;
-                    g.vy = 0.0;
+                    g.vy = closing_flow;
                     g.omega = 0.0;
                 }
                 angles[k] += g.omega * h;
                 let u = &mut moved[k];
                 u[0] += (g.vx - flow) * h;
-                u[1] += g.vy * h;
+                u[1] += (g.vy - closing_flow) * h;
                 sums.largest_move = sums.largest_move.max(u[0] * u[0] + u[1] * u[1]);
                 g.x += g.vx * h;
                 g.y += g.vy * h;
@@ -346,8 +363,9 @@ fn wall_forces(
         // A grain pressed through the wall is pushed back with the largest force of the law.
         let d = d.max(1e-3 * g.radius);
         let wall_speed = n * cell.rate * cell.height / 2.0;
+        let wall_rise = if side == 0 { 0.0 } else { -cell.closing * cell.height };
         let elastic = model.law.force(d, g.radius, model.spring);
-        let central = (elastic + model.viscosity * (-g.vy * n)).min(0.0);
+        let central = (elastic + model.viscosity * ((wall_rise - g.vy) * n)).min(0.0);
         let t = -n;
         let slide = (wall_speed - g.vx) * t - d * g.omega;
         let viscous = model.tangential_viscosity * slide;

@@ -1,0 +1,197 @@
+//! Splits a problem into groups, solves them and puts the answer together.
+
+use super::admm::Admm;
+use super::auto::Auto;
+use super::gauss_seidel::GaussSeidel;
+use super::group::{Group, GroupOutcome, GroupSolver};
+use super::newton::Newton;
+use crate::block::{Vec3, norm_squared};
+use crate::law::{ContactState, classify};
+use crate::problem::residual::ResidualParts;
+use crate::problem::{ContactProblem, components};
+use crate::report::{ContactReport, Method, StageReport};
+use crate::settings::{ContactSettings, SolverChoice};
+use numerics::{SolveReport, Status};
+use rayon::prelude::*;
+
+/// The answer to a contact problem.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solution {
+    /// Impulses `r` [N s] (cohesive shift taken off), one per contact, normal first.
+    pub impulses: Vec<Vec3>,
+    /// Relative velocities `u = W r + q` [m/s].
+    pub velocities: Vec<Vec3>,
+    /// What each contact does.
+    pub states: Vec<ContactState>,
+    /// How the solve went.
+    pub report: ContactReport,
+}
+
+/// Solves a problem; `warm` are impulses to start from (cohesive shift not included), as many as contacts.
+///
+/// Never fails and never returns a number that is not finite: when no method reaches the tolerance the best iterate
+/// comes back with its residual and a status that says so.
+#[must_use]
+pub fn solve(problem: &ContactProblem, warm: Option<&[Vec3]>, settings: &ContactSettings) -> Solution {
+    match settings.solver {
+        SolverChoice::Auto => {
+            let auto = Auto {
+                local: settings.local,
+                max_newton_iterations: settings.max_newton_iterations,
+                // the last resort of `Auto` may not cost what the user would only grant by name
+                max_sweeps: settings.max_sweeps.min(2_000),
+                max_admm_iterations: settings.max_admm_iterations,
+            };
+            solve_with(problem, warm, settings, &auto)
+        }
+        SolverChoice::GaussSeidel => {
+            solve_with(problem, warm, settings, &GaussSeidel::new(settings.max_sweeps, settings.local))
+        }
+        SolverChoice::Newton => {
+            let newton = Newton { max_iterations: settings.max_newton_iterations, ..Newton::default() };
+            solve_with(problem, warm, settings, &newton)
+        }
+        SolverChoice::Admm => {
+            let admm = Admm { max_iterations: settings.max_admm_iterations, ..Admm::default() };
+            solve_with(problem, warm, settings, &admm)
+        }
+    }
+}
+
+/// Solves a problem with a given method for every group.
+#[must_use]
+pub fn solve_with(
+    problem: &ContactProblem,
+    warm: Option<&[Vec3]>,
+    settings: &ContactSettings,
+    solver: &(dyn GroupSolver + Sync),
+) -> Solution {
+    let n = problem.len();
+    if n == 0 {
+        return Solution {
+            impulses: Vec::new(),
+            velocities: Vec::new(),
+            states: Vec::new(),
+            report: ContactReport::empty(settings.tolerance),
+        };
+    }
+    let q = problem.shifted_velocity();
+    let mut r: Vec<Vec3> = match warm {
+        Some(w) if w.len() == n => (0..n).map(|k| [w[k][0] + problem.cohesion_of(k), w[k][1], w[k][2]]).collect(),
+        _ => vec![[0.0; 3]; n],
+    };
+    let groups = components(&problem.delassus);
+    let outcomes: Vec<GroupOutcome> = if groups.len() == 1 {
+        let group = Group {
+            w: &problem.delassus,
+            q: &q,
+            friction: &problem.friction,
+            scaling: settings.scaling,
+            tolerance: settings.tolerance,
+            size_floor: 0.0,
+        };
+        vec![solver.solve(&group, &mut r)]
+    } else {
+        let mut free = 0.0;
+        for k in 0..n {
+            let rho = settings.scaling.weight(&problem.delassus, k);
+            free += rho * rho * norm_squared(&q[k]);
+        }
+        // Half the tolerance per group, relative to its own size or to an even share of ‖ρq‖: the squares then sum to
+        // at most the tolerance of the whole.
+        let floor = (free / groups.len() as f64).sqrt();
+        let mut position = vec![0u32; n];
+        for g in &groups {
+            for (local, k) in g.contacts.iter().enumerate() {
+                position[*k as usize] = local as u32;
+            }
+        }
+        let one = |g: &crate::problem::Component| -> (GroupOutcome, Vec<Vec3>) {
+            let w = g.extract(&problem.delassus, &position);
+            let gq: Vec<Vec3> = g.contacts.iter().map(|k| q[*k as usize]).collect();
+            let friction: Vec<f64> = g.contacts.iter().map(|k| problem.friction[*k as usize]).collect();
+            let mut gr: Vec<Vec3> = g.contacts.iter().map(|k| r[*k as usize]).collect();
+            let group = Group {
+                w: &w,
+                q: &gq,
+                friction: &friction,
+                scaling: settings.scaling,
+                tolerance: 0.5 * settings.tolerance,
+                size_floor: floor,
+            };
+            (solver.solve(&group, &mut gr), gr)
+        };
+        let solved: Vec<(GroupOutcome, Vec<Vec3>)> = if n >= settings.parallel_above && rayon::current_num_threads() > 1
+        {
+            groups.par_iter().map(one).collect()
+        } else {
+            groups.iter().map(one).collect()
+        };
+        solved
+            .into_iter()
+            .zip(&groups)
+            .map(|((outcome, gr), g)| {
+                for (k, v) in g.contacts.iter().zip(gr) {
+                    r[*k as usize] = v;
+                }
+                outcome
+            })
+            .collect()
+    };
+    finish(problem, settings, q, r, &outcomes)
+}
+
+fn finish(
+    problem: &ContactProblem,
+    settings: &ContactSettings,
+    q: Vec<Vec3>,
+    mut r: Vec<Vec3>,
+    outcomes: &[GroupOutcome],
+) -> Solution {
+    let n = problem.len();
+    let mut parts = ResidualParts::default();
+    let mut velocities = vec![[0.0; 3]; n];
+    for k in 0..n {
+        let s = problem.delassus.row_product(k, &r);
+        velocities[k] = [s[0] + q[k][0], s[1] + q[k][1], s[2] + q[k][2]];
+        let rho = settings.scaling.weight(&problem.delassus, k);
+        parts.add(&r[k], &velocities[k], &q[k], problem.friction[k], rho);
+    }
+    let residual = parts.relative();
+    let worst = outcomes.iter().map(|o| o.status).max_by_key(|s| s.severity()).unwrap_or(Status::Converged);
+    let status = if residual <= settings.tolerance {
+        Status::Converged
+    } else if worst.is_converged() {
+        Status::Stalled
+    } else {
+        worst
+    };
+    let stages = Method::ALL
+        .into_iter()
+        .filter_map(|method| {
+            let used = outcomes.iter().filter_map(|o| o.iterations[method as usize]);
+            let (groups, iterations) = used.fold((0, 0), |(g, i), x| (g + 1, i + x));
+            let converged = outcomes.iter().filter(|o| o.last == method && o.status.is_converged()).count();
+            (groups > 0).then_some(StageReport { method, groups, iterations, converged })
+        })
+        .collect::<Vec<_>>();
+    let tolerance = settings.tolerance.max(1e-14);
+    let impulse_scale = 10.0 * tolerance * (parts.impulse_squared / n as f64).sqrt();
+    let velocity_scale =
+        10.0 * tolerance * (q.iter().chain(&velocities).map(norm_squared).sum::<f64>() / n as f64).sqrt();
+    let states = (0..n)
+        .map(|k| {
+            classify(&r[k], &velocities[k], problem.friction[k], problem.cohesion_of(k), impulse_scale, velocity_scale)
+        })
+        .collect();
+    for (k, v) in r.iter_mut().enumerate() {
+        v[0] -= problem.cohesion_of(k);
+    }
+    let solve = SolveReport {
+        status,
+        iterations: stages.iter().map(|s: &StageReport| s.iterations).sum(),
+        residual,
+        tolerance: settings.tolerance,
+    };
+    Solution { impulses: r, velocities, states, report: ContactReport { solve, groups: outcomes.len(), stages } }
+}

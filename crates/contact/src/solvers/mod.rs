@@ -1,0 +1,24 @@
+//! Solvers of the whole problem, all behind [`GroupSolver`] with one report and one residual.
+//!
+//! ```text
+//! group        ── what a solver is given: one group of coupled contacts, in shifted impulses
+//! gauss_seidel ── one contact after the other; cheap sweeps, slow where contacts are redundant
+//! ordering     ── minimum-degree elimination order of the contact graph
+//! block_lu     ── sparse block LU over that order
+//! newton       ── smoothed Fischer–Burmeister Newton: few iterations, one factorisation each, redundancy welcome
+//! admm         ── alternating directions: one factorisation, many cheap iterations
+//! auto         ── which one goes first and when it hands over
+//! drive        ── splits a problem into groups, solves them (in parallel), puts the answer together
+//! ```
+
+pub mod admm;
+pub mod auto;
+pub mod block_lu;
+pub mod drive;
+pub mod gauss_seidel;
+pub mod group;
+pub mod newton;
+pub mod ordering;
+
+pub use drive::{Solution, solve, solve_with};
+pub use group::{Group, GroupOutcome, GroupSolver};

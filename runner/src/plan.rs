@@ -1,0 +1,140 @@
+//! Which stages a scene needs, and why. What is not needed costs nothing: no memory, no time, no column.
+
+use std::fmt;
+
+use crate::scene::Scene;
+use crate::scene::field::Field as _;
+use crate::scene::solids::Solid;
+use crate::scene::time::Component;
+use crate::stages::{STAGES, Stage};
+
+/// What a scene contains, as far as stages depend on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Components {
+    /// There are strands.
+    pub strands: bool,
+    /// Something moves by script (solids, clamps, sources).
+    pub scripted: bool,
+    /// Strands may touch each other or solids.
+    pub contact: bool,
+    /// Some strands carry a film.
+    pub film: bool,
+    /// Some film bears shear stress of its own (its shear modulus is not zero).
+    pub film_shear: bool,
+    /// There is bulk liquid, or may be.
+    pub liquid: bool,
+    /// Some liquid bears elastic shear stress.
+    pub liquid_shear: bool,
+    /// Some liquid can tear.
+    pub tearing: bool,
+    /// Some torn liquid heals.
+    pub recovery: bool,
+}
+
+impl Components {
+    /// What a scene contains.
+    #[must_use]
+    pub fn of(scene: &Scene) -> Components {
+        let on = |component: Component| !scene.is_disabled(&component);
+        let strands = !scene.strands.is_empty();
+        let single = scene.strands.len() == 1
+            && crate::scene::expand::counts(&scene.strands[0].shape).is_some_and(|(count, _)| count == 1);
+        let may_touch = (scene.contact.strand_strand && (!single || strand_may_touch_itself(scene)))
+            || (scene.contact.strand_solid && !scene.solids.is_empty());
+        let moving_solid = |solid: &Solid| !scene.script(&solid.motion).is_empty();
+        let scripted_strands = scene.strands.iter().any(|group| !group.clamp.is_empty());
+        let film = scene.strands.iter().any(|group| group.film.is_some());
+        Components {
+            strands,
+            scripted: scripted_strands || scene.solids.iter().any(moving_solid) || scene.liquid.is_some(),
+            contact: strands && may_touch && on(Component::StrandContact),
+            film,
+            film_shear: film && on(Component::FilmShear),
+            liquid: scene.liquid.is_some(),
+            liquid_shear: scene.liquid.is_some() && on(Component::Shear),
+            tearing: scene.liquid.is_some() && on(Component::Shear) && on(Component::PlasticFlow),
+            recovery: scene.liquid.is_some() && on(Component::Shear) && on(Component::PlasticFlow),
+        }
+    }
+}
+
+/// A lone strand is looked at for contact with itself only when the scene asks for contact in so many words.
+fn strand_may_touch_itself(scene: &Scene) -> bool {
+    crate::scene::contact::Contact::blank().is_some_and(|blank| scene.contact != blank)
+}
+
+/// A stage in the plan of a scene.
+#[derive(Clone, Debug)]
+pub struct PlannedStage {
+    /// The stage.
+    pub stage: &'static Stage,
+    /// Why it is in the plan, or why not.
+    pub reason: &'static str,
+    /// Whether it runs.
+    pub active: bool,
+}
+
+/// The stages of one scene, in order.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// All stages of the table, active or not.
+    pub stages: Vec<PlannedStage>,
+    /// What the scene contains.
+    pub components: Components,
+    /// Components that the scene switches off.
+    pub switched_off: Vec<Component>,
+}
+
+/// A scene that asks for something this version cannot do.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+#[error("this scene needs {what}, which this version does not have yet (stage {number} `{stage}`)")]
+#[diagnostic(help("{help}"))]
+pub struct NotThereYet {
+    what: &'static str,
+    number: usize,
+    stage: &'static str,
+    help: &'static str,
+}
+
+impl Plan {
+    /// The plan of a scene.
+    ///
+    /// # Errors
+    /// When the scene needs a stage that is not built yet: nothing pretends.
+    pub fn for_scene(scene: &Scene) -> Result<Plan, NotThereYet> {
+        let components = Components::of(scene);
+        let missing = |what, number: usize, help| NotThereYet { what, number, stage: STAGES[number].name, help };
+        if components.film {
+            return Err(missing("a film on strands", 11, "leave `film` out of the strand groups"));
+        }
+        if components.liquid {
+            return Err(missing("bulk liquid", 3, "leave the `liquid` section out"));
+        }
+        let stages = STAGES
+            .iter()
+            .map(|stage| {
+                let need = (stage.need)(&components);
+                PlannedStage { stage, reason: need.reason, active: need.active }
+            })
+            .collect();
+        Ok(Plan { stages, components, switched_off: scene.disable.clone() })
+    }
+
+    /// The stages that run, in order.
+    pub fn active(&self) -> impl Iterator<Item = &'static Stage> {
+        self.stages.iter().filter(|planned| planned.active).map(|planned| planned.stage)
+    }
+}
+
+impl fmt::Display for Plan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for planned in &self.stages {
+            let mark = if planned.active { "runs" } else { "-" };
+            writeln!(f, "{:>2} {:18} {mark:5} {}", planned.stage.number, planned.stage.name, planned.reason)?;
+        }
+        for component in &self.switched_off {
+            writeln!(f, "   off: {component:?}")?;
+        }
+        Ok(())
+    }
+}

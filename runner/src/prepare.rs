@@ -1,0 +1,174 @@
+//! From a loaded scene to a job: the system built, the clocks set, the size known.
+
+use std::fmt;
+
+use crate::plan::{NotThereYet, Plan};
+use crate::record::clock::Clock;
+use crate::record::provenance::{self, Provenance};
+use crate::record::recorder::RecordSettings;
+use crate::run::Job;
+use crate::scene::expand::{StrandGeometry, expand};
+use crate::scene::output::{Clock as SceneClock, Format};
+use crate::scene::time::StepControl as SceneStep;
+use crate::scene::{LoadedScene, Problem, Scene, SceneError};
+use crate::stepper::StepControl;
+use crate::system::System;
+use crate::world::{BuildError, World};
+
+/// Why a sound scene cannot be run.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum PrepareError {
+    /// It needs what is not built yet.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    NotThereYet(#[from] NotThereYet),
+    /// Its strands cannot be made.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+    /// A part of its world cannot be built.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Build(#[from] BuildError),
+}
+
+impl From<Problem> for PrepareError {
+    fn from(problem: Problem) -> PrepareError {
+        PrepareError::Scene(SceneError::new("", vec![problem]))
+    }
+}
+
+/// Makes a scene ready to run with `threads` threads.
+///
+/// # Errors
+/// When the scene needs something that is missing, or a part of it cannot be built.
+pub fn job(loaded: LoadedScene, threads: usize) -> Result<Job, PrepareError> {
+    let LoadedScene { scene, text, name, files, hash, .. } = loaded;
+    let plan = Plan::for_scene(&scene)?;
+    let strands = expand(&scene)?;
+    let (version, commit) = provenance::version();
+    let provenance = Provenance {
+        version,
+        commit,
+        title: scene.title.clone(),
+        scene_file: name,
+        included_files: files.iter().skip(1).map(|path| path.display().to_string()).collect(),
+        scene_hash: hash.clone(),
+        overrides: Vec::new(),
+        seed: scene.seed,
+        threads,
+        cpu: provenance::cpu_name(),
+        platform: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+        branched_from: None,
+    };
+    let system: Box<dyn System> = Box::new(World::build(&scene, &plan, &strands)?);
+    Ok(Job {
+        system,
+        end: scene.time.end,
+        control: step_control(&scene),
+        record: record_settings(&scene),
+        scene_text: text,
+        scene_hash: hash_number(&hash),
+        provenance,
+    })
+}
+
+fn hash_number(hash: &str) -> u64 {
+    u64::from_str_radix(hash.get(..16).unwrap_or(hash), 16)
+        .unwrap_or_else(|_| hash.bytes().fold(0, |sum, byte| sum.rotate_left(8) ^ u64::from(byte)))
+}
+
+/// Step control of a scene.
+#[must_use]
+pub fn step_control(scene: &Scene) -> StepControl {
+    match &scene.time.step {
+        SceneStep::Fixed(step) => StepControl::Fixed(*step),
+        SceneStep::Adaptive(adaptive) => StepControl::Adaptive {
+            max: adaptive.max,
+            min: adaptive.min.unwrap_or(adaptive.max * 1e-6),
+            safety: 1.0,
+        },
+    }
+}
+
+/// Output clocks of a scene.
+#[must_use]
+pub fn record_settings(scene: &Scene) -> RecordSettings {
+    let output = &scene.output;
+    let clock = |clock: &SceneClock| match clock {
+        SceneClock::Every(interval) => Clock::Every(*interval),
+        SceneClock::Steps(steps) => Clock::Steps(*steps),
+        SceneClock::At(times) => Clock::At(times.clone()),
+        SceneClock::Count(count) => Clock::Every(scene.time.end / *count as f64),
+        SceneClock::Never => Clock::Never,
+    };
+    let series_every = match &output.series {
+        SceneClock::Steps(steps) => *steps,
+        _ => 1,
+    };
+    RecordSettings {
+        frames: clock(&output.frames),
+        vtk: output.formats.contains(&Format::Vtk),
+        ply: output.formats.contains(&Format::Ply),
+        checkpoints: clock(&output.checkpoint),
+        keep: output.keep,
+        series_every,
+    }
+}
+
+/// What a run will need.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    /// Strands.
+    pub strands: usize,
+    /// Vertices of all strands.
+    pub vertices: usize,
+    /// Memory while running [bytes].
+    pub memory: f64,
+    /// Frames, where the clock tells before the run.
+    pub frames: Option<u64>,
+    /// Disk for frames and checkpoints [bytes], where it can be told.
+    pub disk: Option<f64>,
+    /// Steps at the largest step, at least.
+    pub steps: f64,
+}
+
+/// What a run of this scene will need, without building its world.
+///
+/// # Errors
+/// When the scene needs something that is missing, or its strands cannot be made.
+pub fn estimate(scene: &Scene) -> Result<Estimate, PrepareError> {
+    Plan::for_scene(scene)?;
+    let strands = expand(scene)?;
+    let vertices: usize = strands.iter().map(|strand: &StrandGeometry| strand.positions.len()).sum();
+    let record = record_settings(scene);
+    let frames = record.frames.count(scene.time.end);
+    // per vertex and frame: positions and about fifteen numbers of fields in VTK, six in PLY
+    let per_vertex = if record.vtk { 150.0 } else { 0.0 } + if record.ply { 60.0 } else { 0.0 };
+    let frame_bytes = vertices as f64 * per_vertex;
+    let checkpoint_bytes = vertices as f64 * 250.0 * record.keep as f64;
+    let step = match step_control(scene) {
+        StepControl::Fixed(step) => step,
+        StepControl::Adaptive { max, .. } => max,
+    };
+    Ok(Estimate {
+        strands: strands.len(),
+        vertices,
+        memory: vertices as f64 * crate::scene::expand::BYTES_PER_VERTEX,
+        frames,
+        disk: frames.map(|frames| frames as f64 * frame_bytes + checkpoint_bytes),
+        steps: scene.time.end / step,
+    })
+}
+
+impl fmt::Display for Estimate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        use crate::scene::expand::show_bytes;
+        write!(f, "{} strands, {} vertices", self.strands, self.vertices)?;
+        write!(f, "; at least {:.0} steps; memory about {}", self.steps, show_bytes(self.memory))?;
+        match (self.frames, self.disk) {
+            (Some(frames), Some(disk)) => write!(f, "; {frames} frames, disk about {}", show_bytes(disk)),
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! Time span, step control, and how the rods' equations are solved.
+
+use super::declare::{choice, section};
+use super::quantity::{above, at_least};
+use std::f64::consts::{FRAC_PI_6, PI};
+
+section! {
+    /// Steps as large as every active component allows.
+    pub struct AdaptiveStep {
+        /// Largest step.
+        max: f64 = [required] (Time, above(0.0)) "The error of the time integration follows it.";
+        /// Smallest step; below it the run stops with an error. Default: a millionth of `max`.
+        min: Option<f64> = [None] (Time, above(0.0)) "";
+        /// Cells a liquid particle, or radii a strand vertex under contact, may cross in one step.
+        cfl: f64 = [1.0] (Number, above(0.0).up_to(10.0)) "Above 1 faster and less exact.";
+        /// Largest deformation of a liquid particle in one step (norm of the velocity gradient times the step).
+        deformation: f64 = [0.5] (Number, above(0.0).up_to(1.0)) "";
+        /// Largest turn of an edge in one step.
+        turn: f64 = [FRAC_PI_6] (Angle, above(0.0).up_to(PI)) "Strands that turn further in one step lose accuracy and may not converge.";
+        /// How fast the step may grow again after a rejected one.
+        growth: f64 = [1.5] (Number, at_least(1.0).up_to(10.0)) "";
+    }
+}
+
+choice! {
+    /// How the step is chosen. A rejected step is repeated with half the size, at most six times.
+    pub enum StepControl {
+        /// Always the same.
+        Fixed(f64) (Time, above(0.0));
+        /// As large as is sound.
+        Adaptive(AdaptiveStep) ();
+    }
+}
+
+choice! {
+    /// The time integrator of the strands.
+    pub enum Integrator {
+        /// First order, damps; never gains energy.
+        ImplicitEuler;
+        /// Second order, damps high frequencies only.
+        Bdf2;
+        /// Second order, conserves.
+        ImplicitMidpoint;
+    }
+}
+
+section! {
+    /// The time span of the run.
+    pub struct TimeSpan {
+        /// When it ends; it starts at 0.
+        end: f64 = [required] (Time, above(0.0)) "";
+        /// Step control.
+        step: StepControl = [required] () "";
+        /// Time integrator of the strands.
+        integrator: Integrator = [Integrator::ImplicitEuler] () "";
+    }
+}
+
+choice! {
+    /// The matrix of the rods' Newton iteration.
+    pub enum RodHessian {
+        /// The exact one while it is positive definite, then ever safer ones.
+        Auto;
+        /// Always exact, shifted where it is indefinite.
+        Exact;
+        /// Each element projected to be positive semidefinite.
+        Projected;
+        /// Without the second derivatives of the strains.
+        GaussNewton;
+    }
+}
+
+section! {
+    /// How the rods' equations are solved.
+    pub struct RodSolver {
+        /// Residual at which Newton stops, relative to the scale of the problem.
+        tolerance: f64 = [1e-8] (Number, above(0.0).up_to(0.1)) "Smaller costs an iteration or two more; below 1e-12 round-off may prevent convergence.";
+        /// Newton iterations after which the step is rejected.
+        max_iterations: usize = [40] (Number, at_least(1.0).up_to(10_000.0)) "";
+        /// Matrix.
+        hessian: RodHessian = [RodHessian::Auto] () "";
+    }
+}
+
+section! {
+    /// Solvers.
+    pub struct Solver {
+        /// Of the rods.
+        rods: RodSolver = [blank] () "";
+    }
+}
+
+choice! {
+    /// A component that can be switched off.
+    pub enum Component {
+        /// Transport of liquid particles.
+        Advection;
+        /// The liquid's pressure.
+        Pressure;
+        /// Splitting, merging and relaxing particles.
+        Resampling;
+        /// The liquid's shear stress.
+        Shear;
+        /// The liquid's plastic flow.
+        PlasticFlow;
+        /// Varying compressibility.
+        Compressibility;
+        /// Contact between strands and of strands with solids.
+        StrandContact;
+        /// Capillary bridges.
+        Cohesion;
+        /// Friction in contacts.
+        Friction;
+        /// Transport of films.
+        FilmAdvection;
+        /// Shear stress in films.
+        FilmShear;
+        /// Plastic flow in films.
+        FilmPlasticFlow;
+        /// Inertia of films on their strands.
+        FlowInertia;
+        /// Capture of liquid by strands.
+        Capture;
+        /// Drag between strands and liquid.
+        Drag;
+        /// Dripping.
+        Dripping;
+        /// Varying volume fraction of liquid among strands.
+        VolumeFraction;
+    }
+}

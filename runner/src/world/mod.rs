@@ -1,0 +1,214 @@
+//! All state of a run of strands (and, stage by stage, of what touches them). Components are optional: what a scene does
+//! not have is not here either.
+//!
+//! ```text
+//! Scene ─► script, solids, strands ─► World { state (goes into checkpoints), setup (from the scene), scratch }
+//! ```
+
+pub mod dynamics;
+pub mod measure;
+pub mod picture;
+pub mod probes;
+pub mod script;
+pub mod solids;
+pub mod strands;
+
+use std::time::Instant;
+
+use nalgebra::Vector3;
+use rods::{Boundary, RodReport, RodSet, RodSettings, RodStepper};
+use serde::{Deserialize, Serialize};
+
+use crate::plan::Plan;
+use crate::scene::Scene;
+use crate::scene::expand::StrandGeometry;
+use crate::scene::time::{Integrator as SceneIntegrator, RodHessian};
+use crate::stages::Stage;
+use probes::Probe;
+use solids::SceneSolid;
+use strands::HeldPart;
+
+/// Why the world of a scene could not be built.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum BuildError {
+    /// A strand cannot be made.
+    #[error("strand {index} of strands[{group}]: {what}")]
+    Strand {
+        /// Group in the scene.
+        group: usize,
+        /// Strand in the group.
+        index: usize,
+        /// What is wrong.
+        what: String,
+    },
+    /// A solid cannot be made.
+    #[error("{name}: {what}")]
+    Solid {
+        /// Name of the solid.
+        name: String,
+        /// What is wrong.
+        what: String,
+    },
+    /// A motion script cannot be followed.
+    #[error("motion: {0}")]
+    Script(String),
+    /// A solver's settings are out of range.
+    #[error("solver: {0}")]
+    Solver(String),
+    /// A rest shape in equilibrium could not be found.
+    #[error("rest: Sagfree: {0}")]
+    Sagfree(String),
+    /// A probe points at nothing.
+    #[error("output.probes[{index}]: {what}")]
+    Probe {
+        /// Place in the list.
+        index: usize,
+        /// What is wrong.
+        what: String,
+    },
+}
+
+/// The part of the world that changes, whole: a copy of it is a snapshot, its bytes are a checkpoint.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct WorldState {
+    /// Strands.
+    pub rods: RodSet,
+    /// What has gone in and out since the start.
+    pub ledger: Ledger,
+}
+
+/// What has gone in and out since the start, for the defects of the record.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Ledger {
+    /// Impulse of gravity, drag and holding forces on the strands [N s].
+    pub impulse: Vector3<f64>,
+    /// Momentum at the start [N s].
+    pub initial_momentum: Vector3<f64>,
+    /// Largest sum of the magnitudes of all impulses, the scale of the momentum defect [N s].
+    pub impulse_scale: f64,
+}
+
+/// Strands: what holds them and what steps them.
+pub struct StrandWorld {
+    /// Held parts, in scene order.
+    pub held: Vec<HeldPart>,
+    /// Boundary of the present step, filled by the drive.
+    pub boundary: Boundary,
+    /// Steps the rods.
+    pub stepper: RodStepper,
+    /// How the last rod solve went.
+    pub report: RodReport,
+    /// Friction coefficient per strand.
+    pub friction: Vec<f64>,
+    /// Group in the scene per strand.
+    pub group: Vec<usize>,
+    /// Force and torque that held each held part during the last step.
+    pub reactions: Vec<Reaction>,
+}
+
+/// Force and torque (about the part's centre) that a clamp exerts on its strand.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Reaction {
+    /// Force [N].
+    pub force: Vector3<f64>,
+    /// Torque [N m].
+    pub torque: Vector3<f64>,
+}
+
+/// Everything of one run.
+pub struct World {
+    /// What changes.
+    pub state: WorldState,
+    kept: WorldState,
+    /// Time of the state [s].
+    pub time: f64,
+    /// Gravity [m/s²].
+    pub gravity: Vector3<f64>,
+    /// Strands, if there are any.
+    pub strands: Option<StrandWorld>,
+    /// Solids.
+    pub solids: Vec<SceneSolid>,
+    /// What is followed step by step.
+    pub probes: Vec<Probe>,
+    stages: Vec<&'static Stage>,
+    seconds: Vec<f64>,
+}
+
+impl World {
+    /// Builds the world of a scene.
+    ///
+    /// # Errors
+    /// When a part cannot be built; the message names it.
+    pub fn build(scene: &Scene, plan: &Plan, geometry: &[StrandGeometry]) -> Result<World, BuildError> {
+        let built = strands::build(scene, geometry)?;
+        let solids = solids::build(scene)?;
+        let mut state = WorldState { rods: built.rods, ledger: Ledger::default() };
+        let strands = if geometry.is_empty() {
+            None
+        } else {
+            let stepper =
+                RodStepper::new(rod_settings(scene)).map_err(|error| BuildError::Solver(error.to_string()))?;
+            let strands = StrandWorld {
+                reactions: vec![Reaction::default(); built.held.len()],
+                held: built.held,
+                boundary: Boundary::default(),
+                stepper,
+                report: RodReport::EMPTY,
+                friction: built.friction,
+                group: built.group,
+            };
+            strands.start_held_parts(&mut state.rods);
+            Some(strands)
+        };
+        let probes = probes::build(scene, &state.rods)?;
+        let stages: Vec<&'static Stage> = plan.active().collect();
+        state.ledger.initial_momentum = measure::momentum(&state.rods);
+        Ok(World {
+            kept: state.clone(),
+            state,
+            time: 0.0,
+            gravity: scene.gravity,
+            strands,
+            solids,
+            probes,
+            seconds: vec![0.0; stages.len()],
+            stages,
+        })
+    }
+
+    fn run_stages(&mut self, step: crate::stages::Step) -> Result<(), crate::system::Rejection> {
+        for place in 0..self.stages.len() {
+            let stage = self.stages[place];
+            let start = Instant::now();
+            // the plan refuses scenes that need a stage without a function
+            let result = stage.run.map_or(Ok(()), |run| run(self, step));
+            self.seconds[place] = start.elapsed().as_secs_f64();
+            result?;
+        }
+        Ok(())
+    }
+}
+
+fn rod_settings(scene: &Scene) -> RodSettings {
+    let solver = &scene.solver.rods;
+    let max_turn = match &scene.time.step {
+        crate::scene::time::StepControl::Adaptive(adaptive) => adaptive.turn,
+        crate::scene::time::StepControl::Fixed(_) => RodSettings::default().max_turn,
+    };
+    RodSettings {
+        integrator: match scene.time.integrator {
+            SceneIntegrator::ImplicitEuler => rods::Integrator::ImplicitEuler,
+            SceneIntegrator::Bdf2 => rods::Integrator::Bdf2,
+            SceneIntegrator::ImplicitMidpoint => rods::Integrator::ImplicitMidpoint,
+        },
+        hessian: match solver.hessian {
+            RodHessian::Auto | RodHessian::Exact => rods::HessianMode::Exact,
+            RodHessian::Projected => rods::HessianMode::ElementProjected,
+            RodHessian::GaussNewton => rods::HessianMode::GaussNewton,
+        },
+        tolerance: solver.tolerance,
+        max_iterations: solver.max_iterations,
+        max_turn,
+        ..RodSettings::default()
+    }
+}

@@ -104,6 +104,9 @@ pub struct StrandWorld {
     pub group: Vec<usize>,
     /// Force and torque that held each held part during the last step.
     pub reactions: Vec<Reaction>,
+    /// Largest turn of an edge in one step [rad] before the step is refused; infinite for fixed steps, which the user chose.
+    pub turn_limit: f64,
+    velocities: Vec<Vector3<f64>>,
 }
 
 /// Force and torque (about the part's centre) that a clamp exerts on its strand.
@@ -156,6 +159,8 @@ impl World {
                 report: RodReport::EMPTY,
                 friction: built.friction,
                 group: built.group,
+                turn_limit: turn_limit(scene),
+                velocities: Vec::new(),
             };
             strands.start_held_parts(&mut state.rods);
             Some(strands)
@@ -186,6 +191,17 @@ impl World {
             result?;
         }
         Ok(())
+    }
+}
+
+/// A step is chosen for the velocities before it; a step in which the strands gained speed so fast that an edge turned by
+/// more than this part of the chosen turn too much is repeated.
+const TURN_SLACK: f64 = 2.0;
+
+fn turn_limit(scene: &Scene) -> f64 {
+    match &scene.time.step {
+        crate::scene::time::StepControl::Adaptive(adaptive) => TURN_SLACK * adaptive.turn,
+        crate::scene::time::StepControl::Fixed(_) => f64::INFINITY,
     }
 }
 

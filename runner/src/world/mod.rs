@@ -133,6 +133,7 @@ pub struct World {
     pub solids: Vec<SceneSolid>,
     /// What is followed step by step.
     pub probes: Vec<Probe>,
+    extent: f64,
     stages: Vec<&'static Stage>,
     seconds: Vec<f64>,
 }
@@ -169,6 +170,7 @@ impl World {
         let stages: Vec<&'static Stage> = plan.active().collect();
         state.ledger.initial_momentum = measure::momentum(&state.rods);
         Ok(World {
+            extent: picture::extent(&state.rods),
             kept: state.clone(),
             state,
             time: 0.0,

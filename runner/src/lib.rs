@@ -12,7 +12,14 @@
 //! report, picture   a page with plots and pictures
 //! ```
 
+pub mod picture;
+pub mod plan;
+pub mod prepare;
 pub mod record;
+pub mod report;
+pub mod run;
 pub mod scene;
+pub mod stages;
 pub mod stepper;
 pub mod system;
+pub mod world;

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::scene::Scene;
+use crate::scene::field::Field as _;
 use crate::scene::solids::Solid;
 use crate::scene::time::Component;
 use crate::stages::{STAGES, Stage};
@@ -59,7 +60,7 @@ impl Components {
 
 /// A lone strand is looked at for contact with itself only when the scene asks for contact in so many words.
 fn strand_may_touch_itself(scene: &Scene) -> bool {
-    scene.contact != crate::scene::contact::Contact::default()
+    crate::scene::contact::Contact::blank().is_some_and(|blank| scene.contact != blank)
 }
 
 /// A stage in the plan of a scene.

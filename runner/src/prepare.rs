@@ -1,7 +1,6 @@
 //! From a loaded scene to a job: the system built, the clocks set, the size known.
 
 use std::fmt;
-use std::path::Path;
 
 use crate::plan::{NotThereYet, Plan};
 use crate::record::clock::Clock;
@@ -44,7 +43,7 @@ impl From<Problem> for PrepareError {
 /// # Errors
 /// When the scene needs something that is missing, or a part of it cannot be built.
 pub fn job(loaded: LoadedScene, threads: usize) -> Result<Job, PrepareError> {
-    let LoadedScene { scene, text, name, folder, files, hash, .. } = loaded;
+    let LoadedScene { scene, text, name, files, hash, .. } = loaded;
     let plan = Plan::for_scene(&scene)?;
     let strands = expand(&scene)?;
     let (version, commit) = provenance::version();
@@ -62,7 +61,7 @@ pub fn job(loaded: LoadedScene, threads: usize) -> Result<Job, PrepareError> {
         platform: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
         branched_from: None,
     };
-    let system: Box<dyn System> = Box::new(World::build(&scene, plan, &strands, &folder)?);
+    let system: Box<dyn System> = Box::new(World::build(&scene, &plan, &strands)?);
     Ok(Job {
         system,
         end: scene.time.end,
@@ -84,11 +83,9 @@ fn hash_number(hash: &str) -> u64 {
 pub fn step_control(scene: &Scene) -> StepControl {
     match &scene.time.step {
         SceneStep::Fixed(step) => StepControl::Fixed(*step),
-        SceneStep::Adaptive(adaptive) => StepControl::Adaptive {
-            max: adaptive.max,
-            min: adaptive.min.unwrap_or(adaptive.max * 1e-6),
-            safety: 1.0,
-        },
+        SceneStep::Adaptive(adaptive) => {
+            StepControl::Adaptive { max: adaptive.max, min: adaptive.min.unwrap_or(adaptive.max * 1e-6), safety: 1.0 }
+        }
     }
 }
 
@@ -172,10 +169,4 @@ impl fmt::Display for Estimate {
             _ => Ok(()),
         }
     }
-}
-
-/// The folder a scene file lies in.
-#[must_use]
-pub fn folder_of(path: &Path) -> &Path {
-    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }

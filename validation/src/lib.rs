@@ -7,6 +7,8 @@
 
 pub mod case;
 pub mod cases;
+pub mod hard;
+pub mod report;
 pub mod run;
 
 pub use case::{Case, CaseError, Curve, Outcome, Param, Params, Table};

@@ -47,3 +47,4 @@ pub use liquid_law::{DeterminantPolicy, ElasticTrial, HerschelBulkley, LawSettin
 pub use material_point::MaterialPoint;
 pub use presets::{Fibre, Liquid};
 pub use shear_flow::ShearFlow;
+pub use tearing::TornRule;

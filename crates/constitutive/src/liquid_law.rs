@@ -15,6 +15,7 @@ use crate::error::{RheologyError, require};
 use crate::flow_curve::FlowCurve;
 use crate::flow_map::FlowMap;
 use crate::shear_flow::ShearFlow;
+use crate::tearing::TornRule;
 use crate::tensor::{Tensor, contract, determinant, deviator, inverse_root, symmetric_eigen};
 
 /// How the mean of `b̄` is chosen after its deviator was relaxed.
@@ -36,6 +37,8 @@ pub struct LawSettings {
     pub flow_map: FlowMap,
     /// How the determinant of the strain is kept.
     pub determinant: DeterminantPolicy,
+    /// What becomes of the shear stress of a torn particle.
+    pub torn: TornRule,
 }
 
 /// The law of one liquid: neo-Hookean volume and shear, Herschel–Bulkley flow.

@@ -7,7 +7,9 @@ use crate::error::RheologyError;
 use crate::liquid_law::{ElasticTrial, elastic_trial};
 use crate::tensor::{
     Tensor, determinant, deviator, inverse, inverse_root, largest_eigenvalue, polar_rotation, symmetric_eigen,
+    symmetric_part,
 };
+use serde::{Deserialize, Serialize};
 
 /// Plastic history `C^P = J^{-2/D} Fᵀ b̄⁻¹ F`, symmetric, of determinant 1 where `b̄` has it.
 ///
@@ -34,6 +36,16 @@ pub fn is_torn<const D: usize>(history: &Tensor<D>, limit: f64) -> bool {
     deviator(history).0.norm() >= limit
 }
 
+/// What becomes of the shear stress of a torn particle that is pulled further.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum TornRule {
+    /// Its elastic strain is released: a torn thread bears nothing until it is pressed together again. The default.
+    #[default]
+    Release,
+    /// Its elastic strain turns with it but does not grow; what lies below yield stays for good. The published form.
+    Hold,
+}
+
 /// What a torn particle does with the deformation `f` of a step: strain that would grow only turns, tension is released.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TornStep<const D: usize> {
@@ -43,11 +55,7 @@ pub struct TornStep<const D: usize> {
     pub applied: Tensor<D>,
 }
 
-/// Carries the strain of a torn particle through the deformation `f`: the largest principal strain may fall, not grow, and a
-/// volume ratio above 1 may not grow.
-///
-/// - `strain`: elastic strain before the step
-/// - `volume_ratio`: volume ratio before the step
+/// [`torn_step_with`] under the default rule.
 ///
 /// # Errors
 /// Those of [`elastic_trial`].
@@ -56,12 +64,32 @@ pub fn torn_step<const D: usize>(
     volume_ratio: f64,
     f: &Tensor<D>,
 ) -> Result<TornStep<D>, RheologyError> {
+    torn_step_with(TornRule::default(), strain, volume_ratio, f)
+}
+
+/// Carries the strain of a torn particle through the deformation `f`: the largest principal strain may fall, not grow (it is
+/// released or held by `rule`), and a volume ratio above 1 may not grow.
+///
+/// - `rule`: what becomes of the shear stress
+/// - `strain`: elastic strain before the step
+/// - `volume_ratio`: volume ratio before the step
+///
+/// # Errors
+/// Those of [`elastic_trial`].
+pub fn torn_step_with<const D: usize>(
+    rule: TornRule,
+    strain: &Tensor<D>,
+    volume_ratio: f64,
+    f: &Tensor<D>,
+) -> Result<TornStep<D>, RheologyError> {
     let mut trial = elastic_trial(strain, f)?;
     let mut applied = *f;
     if largest_eigenvalue(&trial.strain) > largest_eigenvalue(strain) {
         let turn = polar_rotation(f);
-        let turned = turn * strain * turn.transpose();
-        trial.strain = 0.5 * (turned + turned.transpose());
+        trial.strain = match rule {
+            TornRule::Hold => symmetric_part(&(turn * strain * turn.transpose())),
+            TornRule::Release => Tensor::<D>::identity(),
+        };
         applied = turn / inverse_root::<D>(trial.volume_factor);
     }
     if trial.volume_factor > 1.0 && volume_ratio * trial.volume_factor > 1.0 {
@@ -136,16 +164,18 @@ mod tests {
     fn a_torn_particle_turns_but_does_not_stretch() {
         let b = strain();
         let stretch = Matrix3::new(1.3, 0.3, 0.0, -0.3, 1.1, 0.0, 0.0, 0.0, 1.0);
-        let torn = torn_step(&b, 1.0, &stretch).unwrap();
+        let torn = torn_step_with(TornRule::Hold, &b, 1.0, &stretch).unwrap();
         let (before, after) = (symmetric_eigen(&b).values, symmetric_eigen(&torn.trial.strain).values);
         for v in before.iter() {
             assert!(after.iter().any(|w| (v - w).abs() < 1e-12));
         }
         assert_eq!(torn.trial.volume_factor, 1.0);
         assert!((determinant(&torn.applied) - 1.0).abs() < 1e-12);
+        let released = torn_step_with(TornRule::Release, &b, 1.0, &stretch).unwrap();
+        assert_eq!(released.trial.strain, Matrix3::identity());
         // compression and shortening pass unchanged
         let shrink = Matrix3::identity() * 0.99;
-        let torn = torn_step(&b, 1.0, &shrink).unwrap();
+        let torn = torn_step_with(TornRule::Release, &b, 1.0, &shrink).unwrap();
         assert_eq!(torn.applied, shrink);
         assert!((torn.trial.volume_factor - 0.99f64.powi(3)).abs() < 1e-15);
     }

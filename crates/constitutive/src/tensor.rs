@@ -1,7 +1,7 @@
 //! The two small-matrix helpers of the liquid law that the common ones do not have.
 
 pub(crate) use numerics::eigen::{largest_eigenvalue, polar_rotation, symmetric_eigen};
-pub(crate) use numerics::tensor::{Tensor, determinant, double_contraction as contract, inverse};
+pub(crate) use numerics::tensor::{Tensor, determinant, double_contraction as contract, inverse, symmetric_part};
 use numerics::tensor::{dimension_root, trace};
 
 /// Deviator `m − tr(m)/D I` and mean `tr(m)/D`.

@@ -15,7 +15,8 @@ fn main() {
         if only.as_ref().is_some_and(|o| o != family.name()) {
             continue;
         }
-        let (mut count, mut failed, mut newton, mut time, mut slowest, mut contacts) = (0, Vec::new(), 0, 0.0, 0.0_f64, 0);
+        let (mut count, mut failed, mut newton, mut time, mut slowest, mut contacts) =
+            (0, Vec::new(), 0, 0.0, 0.0_f64, 0);
         for seed in first..last {
             let p = family.member(seed);
             for scaling in [Scaling::UnitStep, Scaling::PerContact] {
@@ -29,11 +30,25 @@ fn main() {
                 contacts += p.len();
                 newton += s.report.solve.iterations;
                 if !s.report.status().is_converged() {
-                    failed.push(format!("{seed}:{}c:{:.0e}:{}:{:.0}ms", p.len(), s.report.solve.residual, s.report.status(), e * 1e3));
+                    failed.push(format!(
+                        "{seed}:{}c:{:.0e}:{}:{:.0}ms",
+                        p.len(),
+                        s.report.solve.residual,
+                        s.report.status(),
+                        e * 1e3
+                    ));
                 }
             }
         }
-        println!("{:11} {count:4} problems, {:5.1} contacts, {:7.1} iterations, mean {:8.3} ms, slowest {:9.2} ms, failed {} {:?}", family.name(),
-            contacts as f64 / count as f64, newton as f64 / count as f64, 1e3 * time / count as f64, 1e3 * slowest, failed.len(), failed);
+        println!(
+            "{:11} {count:4} problems, {:5.1} contacts, {:7.1} iterations, mean {:8.3} ms, slowest {:9.2} ms, failed {} {:?}",
+            family.name(),
+            contacts as f64 / count as f64,
+            newton as f64 / count as f64,
+            1e3 * time / count as f64,
+            1e3 * slowest,
+            failed.len(),
+            failed
+        );
     }
 }

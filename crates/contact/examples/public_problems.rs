@@ -12,14 +12,18 @@ fn main() {
         println!("no folder `{folder}`");
         return;
     };
-    let mut files: Vec<_> = entries.flatten().map(|e| e.path()).filter(|p| p.extension().is_some_and(|e| e == "dat")).collect();
+    let mut files: Vec<_> =
+        entries.flatten().map(|e| e.path()).filter(|p| p.extension().is_some_and(|e| e == "dat")).collect();
     files.sort();
     for f in files {
         let name = f.file_name().unwrap_or_default().to_string_lossy().to_string();
         if !name.contains(&filter) {
             continue;
         }
-        let problem = match std::fs::read_to_string(&f).map_err(|e| e.to_string()).and_then(|t| text::read(&t).map_err(|e| e.to_string())) {
+        let problem = match std::fs::read_to_string(&f)
+            .map_err(|e| e.to_string())
+            .and_then(|t| text::read(&t).map_err(|e| e.to_string()))
+        {
             Ok(p) => p,
             Err(e) => {
                 println!("{name}: {e}");
@@ -27,7 +31,12 @@ fn main() {
             }
         };
         for solver in SolverChoice::ALL {
-            let settings = ContactSettings { solver, scaling: Scaling::UnitStep, max_sweeps: 20_000, ..ContactSettings::default() };
+            let settings = ContactSettings {
+                solver,
+                scaling: Scaling::UnitStep,
+                max_sweeps: 20_000,
+                ..ContactSettings::default()
+            };
             let mut best = f64::INFINITY;
             let mut s = None;
             let begin = Instant::now();
@@ -42,8 +51,22 @@ fn main() {
                 }
             }
             if let Some(s) = s {
-                let stages: Vec<String> = s.report.stages.iter().map(|g| format!("{}:{}/{}g/{}ok", g.method.name(), g.iterations, g.groups, g.converged)).collect();
-                println!("{:32} {:4} {:13} {:14} {:9.2e} {:10.4} ms  {}", name, problem.len(), solver.name(), s.report.solve.status.name(), s.report.solve.residual, best * 1e3, stages.join(" "));
+                let stages: Vec<String> = s
+                    .report
+                    .stages
+                    .iter()
+                    .map(|g| format!("{}:{}/{}g/{}ok", g.method.name(), g.iterations, g.groups, g.converged))
+                    .collect();
+                println!(
+                    "{:32} {:4} {:13} {:14} {:9.2e} {:10.4} ms  {}",
+                    name,
+                    problem.len(),
+                    solver.name(),
+                    s.report.solve.status.name(),
+                    s.report.solve.residual,
+                    best * 1e3,
+                    stages.join(" ")
+                );
             }
         }
     }

@@ -6,6 +6,7 @@ use crate::error::GranularError;
 use crate::grains::Grains;
 use crate::model::{ContactKind, ContactModel, Mode};
 use crate::physical::{Rules, Sample, StepReport};
+use crate::spheres::SphereSample;
 use serde::{Deserialize, Serialize};
 
 /// How grains at the edges of the box are carried while the sample is sheared.
@@ -29,7 +30,7 @@ pub struct ContactView {
     pub j: u32,
     /// Stick, slip or permanent.
     pub kind: ContactKind,
-    /// Vector from the first grain to the image of the second [µm].
+    /// Vector from the first grain to the image of the second [µm]; of spheres its projection.
     pub separation: [f64; 2],
     /// True if the image is the grain itself, not a copy across an edge.
     pub direct: bool,
@@ -46,6 +47,8 @@ pub enum Assembly {
     Directed(Box<DirectedSample>),
     /// Physical mode.
     Undirected(Box<Sample>),
+    /// Physical mode, spheres.
+    Spheres(Box<SphereSample>),
 }
 
 impl Assembly {
@@ -78,6 +81,7 @@ impl Assembly {
         match self {
             Self::Directed(s) => s.grains.len(),
             Self::Undirected(s) => s.len(),
+            Self::Spheres(s) => s.len(),
         }
     }
 
@@ -86,11 +90,22 @@ impl Assembly {
         self.len() == 0
     }
 
-    /// Grains, wrapped into the box.
+    /// Grains, wrapped into the box; of spheres the projection along the vorticity.
     pub fn grains(&self) -> Grains {
         match self {
             Self::Directed(s) => s.grains.clone(),
             Self::Undirected(s) => s.grains(),
+            Self::Spheres(s) => {
+                let mut g = Grains::default();
+                for b in &s.balls {
+                    let ([x, y], kick) = s.cell.wrap(b.position[0], b.position[1]);
+                    g.push([x, y], b.radius, 1.0 / b.inverse_mass);
+                    let i = g.len() - 1;
+                    (g.vx[i], g.vy[i], g.omega[i]) = (b.velocity[0] + kick, b.velocity[1], b.omega[2]);
+                    g.inertia[i] = 1.0 / b.inverse_inertia;
+                }
+                g
+            }
         }
     }
 
@@ -99,6 +114,7 @@ impl Assembly {
         match self {
             Self::Directed(s) => &s.cell,
             Self::Undirected(s) => s.cell(),
+            Self::Spheres(s) => &s.cell,
         }
     }
 
@@ -107,6 +123,7 @@ impl Assembly {
         match self {
             Self::Directed(s) => &s.model,
             Self::Undirected(s) => s.model(),
+            Self::Spheres(s) => &s.model,
         }
     }
 
@@ -115,6 +132,7 @@ impl Assembly {
         match self {
             Self::Directed(s) => &mut s.model,
             Self::Undirected(s) => s.model_mut(),
+            Self::Spheres(s) => &mut s.model,
         }
     }
 
@@ -123,6 +141,7 @@ impl Assembly {
         match self {
             Self::Directed(s) => s.set_rate(rate),
             Self::Undirected(s) => s.set_rate(rate),
+            Self::Spheres(s) => s.set_rate(rate),
         }
     }
 
@@ -140,6 +159,7 @@ impl Assembly {
     ) -> Result<StepReport, GranularError> {
         match self {
             Self::Undirected(s) => s.advance(dt, damping),
+            Self::Spheres(s) => s.advance(dt, damping),
             Self::Directed(s) => {
                 s.evaluate();
                 let mut report = StepReport { substeps: 1, ..StepReport::default() };
@@ -177,6 +197,8 @@ impl Assembly {
                 }
                 Plates::Fixed | Plates::Band => s.attach_plates().map(|_| ()),
             },
+            Self::Spheres(_) if plates == Plates::None => Ok(()),
+            Self::Spheres(_) => Err(GranularError::State("spheres are sheared without plates".into())),
         }
     }
 
@@ -198,6 +220,7 @@ impl Assembly {
                 }
             }
             Self::Undirected(s) => s.remove_drift(),
+            Self::Spheres(s) => s.remove_drift(),
         }
     }
 
@@ -206,6 +229,7 @@ impl Assembly {
         match self {
             Self::Directed(s) => s.link_all(),
             Self::Undirected(s) => s.link_all(),
+            Self::Spheres(s) => s.link_all(),
         }
     }
 
@@ -217,6 +241,10 @@ impl Assembly {
                 let rest = s.bodies[i].radius + s.bodies[j].radius;
                 s.link(i, j, rest);
             }
+            Self::Spheres(s) => {
+                let rest = s.balls[i].radius + s.balls[j].radius;
+                s.link(i, j, rest);
+            }
         }
     }
 
@@ -225,6 +253,7 @@ impl Assembly {
         match self {
             Self::Directed(s) => s.cut(i, j),
             Self::Undirected(s) => s.cut(i, j),
+            Self::Spheres(s) => s.cut(i, j),
         }
     }
 
@@ -233,6 +262,12 @@ impl Assembly {
         match self {
             Self::Directed(s) => s.links(),
             Self::Undirected(s) => s.links(),
+            Self::Spheres(s) => s
+                .pairs
+                .iter()
+                .filter(|p| p.kind == ContactKind::Permanent)
+                .map(|p| [p.i as usize, p.j as usize])
+                .collect(),
         }
     }
 
@@ -240,8 +275,7 @@ impl Assembly {
     pub fn contacts(&self) -> Vec<ContactView> {
         let model = self.model();
         let [fc, _, ft, _] = model.permanent_factors();
-        let view = |i: u32, j: u32, kind, spring: f64, rest: f64, touch: f64, separation: [f64; 2], direct| {
-            let d = (separation[0] * separation[0] + separation[1] * separation[1]).sqrt();
+        let view = |i: u32, j: u32, kind, spring: f64, rest: f64, touch: f64, separation: [f64; 2], direct, d: f64| {
             let (normal_force, tangential_force) = if kind == ContactKind::Permanent {
                 (model.link_force(d, rest) * fc, model.tangential_spring * ft * spring)
             } else {
@@ -249,7 +283,20 @@ impl Assembly {
             };
             ContactView { i, j, kind, separation, direct, normal_force, tangential_force }
         };
+        let flat = |s: [f64; 2]| (s[0] * s[0] + s[1] * s[1]).sqrt();
         match self {
+            Self::Spheres(s) => s
+                .pairs
+                .iter()
+                .filter(|p| p.kind != ContactKind::Apart)
+                .map(|p| {
+                    let v = s.separation(p);
+                    let touch = s.balls[p.i as usize].radius + s.balls[p.j as usize].radius;
+                    let length = |v: [f64; 3]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+                    let (d, spring) = (length(v), length(p.spring));
+                    view(p.i, p.j, p.kind, spring, p.rest, touch, [v[0], v[1]], p.image == [0; 3], d)
+                })
+                .collect(),
             Self::Directed(s) => {
                 let g = &s.grains;
                 let mut views = Vec::new();
@@ -258,7 +305,17 @@ impl Assembly {
                         let j = c.other as usize;
                         let (separation, _, wrapped) = s.cell.nearest(g.x[j] - g.x[i], g.y[j] - g.y[i]);
                         let touch = g.radius[i] + g.radius[j];
-                        views.push(view(i as u32, c.other, c.kind, c.spring, c.rest, touch, separation, !wrapped));
+                        views.push(view(
+                            i as u32,
+                            c.other,
+                            c.kind,
+                            c.spring,
+                            c.rest,
+                            touch,
+                            separation,
+                            !wrapped,
+                            flat(separation),
+                        ));
                     }
                 }
                 views
@@ -269,7 +326,17 @@ impl Assembly {
                     let p = s.pairs[k];
                     let touch = s.bodies[p.i as usize].radius + s.bodies[p.j as usize].radius;
                     let direct = p.columns == 0 && p.rows == 0;
-                    view(p.i, p.j, s.kind[k], s.spring[k], s.rest[k], touch, s.separation(&p), direct)
+                    view(
+                        p.i,
+                        p.j,
+                        s.kind[k],
+                        s.spring[k],
+                        s.rest[k],
+                        touch,
+                        s.separation(&p),
+                        direct,
+                        flat(s.separation(&p)),
+                    )
                 })
                 .collect(),
         }

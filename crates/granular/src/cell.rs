@@ -139,7 +139,7 @@ mod tests {
             let mut cell = Cell::new(500.0, 400.0);
             cell.strain = strain;
             let ([ax, ay], rows, _) = cell.nearest(dx, dy);
-            prop_assert!(ax >= -250.0 && ax < 250.0 && ay >= -200.0 && ay < 200.0);
+            prop_assert!((-250.0..250.0).contains(&ax) && (-200.0..200.0).contains(&ay));
             let ([bx, by], back, _) = cell.nearest(-dx, -dy);
             if ax > -249.9 && ay > -199.9 && ax < 249.9 && ay < 199.9 {
                 prop_assert!((ax + bx).abs() < 1e-12 && (ay + by).abs() < 1e-12 && rows == -back);

@@ -36,16 +36,6 @@ pub enum GranularError {
         /// Time [s].
         time: f64,
     },
-    /// A permanent link is longer than half the box, so its nearest image is ambiguous.
-    #[error("link between grains {first} and {second} spans more than half of the box at t = {time} s")]
-    LongLink {
-        /// First grain.
-        first: usize,
-        /// Second grain.
-        second: usize,
-        /// Time [s].
-        time: f64,
-    },
     /// No grain is free to move.
     #[error("no movable grain is left at t = {time} s")]
     NothingMovable {

@@ -40,8 +40,10 @@ pub struct Frame {
     pub particle: Vec<u32>,
     /// 0 free, -1 carried by the lower plate, 1 by the upper.
     pub plate: Vec<i8>,
-    /// Stress of each grain over its own area [Pa], compression positive.
+    /// Stress of each grain over its own area (spheres: in-plane block over its volume) [Pa], compression positive.
     pub stress: Vec<Tensor2>,
+    /// Position of spheres along the vorticity [µm]; empty for discs.
+    pub z: Vec<f64>,
     /// Contacts per grain.
     pub coordination: Vec<u32>,
     /// Every contact once.
@@ -62,26 +64,39 @@ pub fn frame(assembly: &Assembly) -> Frame {
         let (i, j) = (c.i as usize, c.j as usize);
         coordination[i] += 1;
         coordination[j] += 1;
-        let d = (c.separation[0] * c.separation[0] + c.separation[1] * c.separation[1]).sqrt();
+        let d = match assembly {
+            Assembly::Spheres(s) => {
+                // Branch in space; its projection carries the in-plane block.
+                s.pair_index(i, j).map_or(0.0, |k| {
+                    let v = s.separation(&s.pairs()[k]);
+                    (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt()
+                })
+            }
+            _ => (c.separation[0] * c.separation[0] + c.separation[1] * c.separation[1]).sqrt(),
+        };
         if d <= 0.0 {
             continue;
         }
+        let tangential = if matches!(assembly, Assembly::Spheres(_)) { 0.0 } else { c.tangential_force };
         let normal = [c.separation[0] / d, c.separation[1] / d];
-        let f = [
-            c.normal_force * normal[0] - c.tangential_force * normal[1],
-            c.normal_force * normal[1] + c.tangential_force * normal[0],
-        ];
+        let f =
+            [c.normal_force * normal[0] - tangential * normal[1], c.normal_force * normal[1] + tangential * normal[0]];
         // Each grain takes the part of the branch vector inside it, split at the contact point.
         let (ri, rj) = (grains.radius[i], grains.radius[j]);
         let branch = c.separation.map(|s| -s);
         for (k, share) in [(i, ri / (ri + rj)), (j, rj / (ri + rj))] {
-            let scale = share * 1e-6 / (std::f64::consts::PI * grains.radius[k] * grains.radius[k]);
+            let r = grains.radius[k];
+            let scale = match assembly {
+                Assembly::Spheres(_) => share / (4.0 / 3.0 * std::f64::consts::PI * r * r * r),
+                _ => share * 1e-6 / (std::f64::consts::PI * r * r),
+            };
             stress[k] += Tensor2::dyad(f, branch) * scale;
         }
     }
     let (particle, _) = particles(n, &direct_links(assembly));
     let plate = match assembly {
         Assembly::Undirected(s) => s.plate.clone(),
+        Assembly::Spheres(_) => vec![0; n],
         Assembly::Directed(s) => (0..n)
             .map(|i| {
                 if s.movable(i) {
@@ -104,6 +119,10 @@ pub fn frame(assembly: &Assembly) -> Frame {
         particle,
         plate,
         stress,
+        z: match assembly {
+            Assembly::Spheres(s) => s.balls().iter().map(|b| b.position[2].rem_euclid(s.depth())).collect(),
+            _ => Vec::new(),
+        },
         coordination,
         contacts,
         in_chain,

@@ -28,17 +28,32 @@ pub enum Radii {
     ExactHalf,
 }
 
+/// Discs or spheres.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Dimension {
+    /// Discs in the plane, quantities per metre of depth (default).
+    #[default]
+    Two,
+    /// Spheres; masses in mg, springs in mg s⁻². Physical mode only.
+    Three,
+}
+
 /// The material and the box: everything that fixes masses, springs and the time scale.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ModelSettings {
+    /// Discs or spheres.
+    pub dimension: Dimension,
     /// Number of grains [-], at least 2. More grains: smaller finite-size error, cost linear.
     pub grains: usize,
     /// Width of the box along the flow [µm].
     pub width: f64,
     /// Height of the box along the gradient [µm].
     pub height: f64,
-    /// Nominal packing: summed disc area over box area [-], 0.1 … 4. Above about 0.84 the grains press on each other.
+    /// Depth of the box along the vorticity [µm], spheres only; 0 takes the width.
+    pub depth: f64,
+    /// Nominal packing: summed disc area over box area, or sphere volume over box volume [-], 0.01 … 4. Above about 0.84 (discs) or
+    /// 0.64 (spheres) the grains press on each other.
     pub packing: f64,
     /// Young modulus of a grain [Pa]. Stress scales with it, time with its inverse root.
     pub young_modulus: f64,
@@ -69,9 +84,11 @@ pub struct ModelSettings {
 impl Default for ModelSettings {
     fn default() -> Self {
         Self {
+            dimension: Dimension::Two,
             grains: 150,
             width: 500.0,
             height: 500.0,
+            depth: 0.0,
             packing: 1.5,
             young_modulus: 8000.0,
             density: 50.0,
@@ -108,7 +125,12 @@ pub struct ModelConstants {
 
 impl ModelSettings {
     /// Derives mass, spring, time scale and radii (manual S1-7, S1-8, S1-14).
+    ///
+    /// Spheres take the spring of a cylinder as long as their mean diameter.
     pub fn constants(&self) -> ModelConstants {
+        if self.dimension == Dimension::Three {
+            return self.sphere_constants();
+        }
         let n = self.grains as f64;
         let area = self.width * self.height;
         let model_radius = (area * self.packing / (n * std::f64::consts::PI)).sqrt();
@@ -124,6 +146,30 @@ impl ModelSettings {
             large: mean_radius * u,
             small: mean_radius * l,
         }
+    }
+
+    fn sphere_constants(&self) -> ModelConstants {
+        let volume = self.width * self.height * self.depth();
+        let per_sphere = 4.0 / 3.0 * std::f64::consts::PI * self.grains as f64;
+        let model_radius = (volume * self.packing / per_sphere).cbrt();
+        // µm³ · kg/m³ = 1e-12 mg.
+        let mass = 4.0 / 3.0 * std::f64::consts::PI * model_radius.powi(3) * self.density * 1e-12;
+        let (u, l) = (self.size_ratio.sqrt(), 1.0 / self.size_ratio.sqrt());
+        let mean_radius = (2.0 * volume * self.packing / (per_sphere * (u.powi(3) + l.powi(3)))).cbrt();
+        let spring = std::f64::consts::PI / 8.0 * self.young_modulus * 1e6 * (2.0 * mean_radius * 1e-6);
+        ModelConstants {
+            mass,
+            spring,
+            time: (mass / spring).sqrt(),
+            mean_radius,
+            large: mean_radius * u,
+            small: mean_radius * l,
+        }
+    }
+
+    /// Depth of the box [µm].
+    pub fn depth(&self) -> f64 {
+        if self.depth > 0.0 { self.depth } else { self.width }
     }
 
     /// Builds the contact model: springs and viscosities with reinforcement and the ratios of permanent links.
@@ -154,6 +200,7 @@ impl ModelSettings {
         require("grains", self.grains as f64, |n| n >= 2.0, "at least 2")?;
         require("width", self.width, |v| v > 0.0, "positive [µm]")?;
         require("height", self.height, |v| v > 0.0, "positive [µm]")?;
+        require("depth", self.depth, |v| v >= 0.0, "not negative [µm]")?;
         require("packing", self.packing, |v| (0.01..=4.0).contains(&v), "0.01 … 4")?;
         require("young_modulus", self.young_modulus, |v| v > 0.0, "positive [Pa]")?;
         require("density", self.density, |v| v > 0.0, "positive [kg/m³]")?;

@@ -1,9 +1,10 @@
 //! Properties of the default mode: exact modulus of a lattice, symmetries, conservation, identities, restart.
 
 use granular::cell::{Boundary, Cell};
+use granular::compat::DirectedSample;
 use granular::grains::Grains;
 use granular::law::{CentralLaw, Tension};
-use granular::model::{ContactModel, Mode, ModelSettings};
+use granular::model::{ContactKind, ContactModel, Mode, ModelSettings};
 use granular::physical::{Rules, Sample, SlipRule, StepGuard};
 use granular::preparation::random_packing;
 use granular::random::Random;
@@ -87,8 +88,7 @@ fn frictionless_collision_conserves_energy_to_second_order() {
         grains.vx = vec![15.0, -15.0];
         let mut model = springs(1.0, 0.0, 1.0);
         model.friction = 0.0;
-        let mut rules = Rules::default();
-        rules.guard = StepGuard::Off;
+        let rules = Rules { guard: StepGuard::Off, ..Rules::default() };
         let mut sample = Sample::new(&grains, Cell::new(500.0, 500.0), model, rules).unwrap();
         let energy = |s: &Sample| s.grains().kinetic_energy(0.0, 0.0) + s.elastic_energy();
         let (start, mut worst) = (energy(&sample), 0.0f64);
@@ -349,4 +349,63 @@ fn walls_and_open_boxes_hold_their_grains() {
     assert!((p1[0] - p0[0]).abs() < 1e-11 * scale && (p1[1] - p0[1]).abs() < 1e-11 * scale);
     assert!((p1[2] - p0[2]).abs() < 1e-11 * scale * 500.0);
     assert!(g.x.iter().any(|x| *x < 0.0), "nothing holds an open heap together");
+}
+
+#[test]
+fn coincident_grains_part() {
+    let mut grains = Grains::default();
+    grains.push([250.0, 250.0], 40.0, 1.0);
+    grains.push([250.0, 250.0], 30.0, 1.0);
+    let mut sample = Sample::new(&grains, Cell::new(500.0, 500.0), springs(1.0, 1.0, 1.0), Rules::default()).unwrap();
+    let mut directed = DirectedSample::new(grains.clone(), Cell::new(500.0, 500.0), springs(1.0, 1.0, 1.0), 3);
+    let p0 = sample.momenta();
+    for _ in 0..200 {
+        sample.advance(0.05, 0.5).unwrap();
+        directed.evaluate();
+        directed.integrate(0.05, 0.5, false).unwrap();
+    }
+    for g in [sample.grains(), directed.grains] {
+        let ([dx, dy], ..) = sample.cell().nearest(g.x[1] - g.x[0], g.y[1] - g.y[0]);
+        assert!(dx.hypot(dy) > 1.0, "{dx} {dy}");
+    }
+    assert!((sample.momenta()[0] - p0[0]).abs() < 1e-9);
+}
+
+#[test]
+fn a_link_longer_than_half_the_box_keeps_its_image() {
+    let mut grains = Grains::default();
+    grains.push([200.0, 250.0], 60.0, 1.0);
+    grains.push([310.0, 250.0], 60.0, 1.0);
+    grains.vx = vec![-20.0, 20.0];
+    let mut model = springs(1e-3, 0.0, 0.0);
+    model.friction = 0.0;
+    let mut sample = Sample::new(&grains, Cell::new(500.0, 500.0), model, Rules::default()).unwrap();
+    assert!(sample.link(0, 1, 120.0));
+    let mut longest = 0.0f64;
+    for _ in 0..3000 {
+        sample.advance(0.02, 1.0).unwrap();
+        let (pair, ..) = sample.contacts().find(|c| c.1 == ContactKind::Permanent).unwrap();
+        longest = longest.max(sample.separation(pair)[0]);
+    }
+    // Speed 40 against the spring of the relative motion: 110 + 40 sqrt(m/2k) beyond rest, past half of the box.
+    let reach = 120.0 + ((40.0f64).powi(2) * 0.5 / 1e-3 + 100.0).sqrt();
+    assert!(longest > 250.0 && (longest / reach - 1.0).abs() < 0.01, "{longest} {reach}");
+}
+
+#[test]
+fn stress_is_continuous_where_a_grain_enters_the_band_of_fixed_plates() {
+    let (mut sample, tau) = packed(150, 23, false);
+    let carried = sample.attach_plates().unwrap();
+    sample.set_rate(5e-3 / tau);
+    let mut last = sample.advance(tau / 56.0, 0.999).unwrap().stress.bulk;
+    let (mut largest, mut sum) = (0.0f64, 0.0);
+    for _ in 0..1500 {
+        let now = sample.advance(tau / 56.0, 0.999).unwrap().stress.bulk;
+        let jump = (now - last).max_abs() / now.max_abs();
+        largest = largest.max(jump);
+        sum += jump;
+        last = now;
+    }
+    assert_eq!(sample.carried(), carried, "nobody is captured");
+    assert!(largest < 20.0 * sum / 1500.0 + 1e-3, "largest {largest:e}, mean {:e}", sum / 1500.0);
 }

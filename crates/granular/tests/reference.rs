@@ -173,3 +173,34 @@ fn crosslinked_assembly_agrees_to_1e_10_after_1000_steps() {
     assert_eq!(done, 1000);
     println!("largest difference after 1000 steps {worst:e}");
 }
+
+#[test]
+fn candidate_lists_change_no_bit_at_large_strain() {
+    use granular::experiment::{Experiment, MicrogelSettings, Oscillation, Rheometer};
+    use granular::model::{Mode, ModelSettings};
+    let settings = MicrogelSettings {
+        mode: Mode::Compat,
+        seed: 4,
+        model: ModelSettings { grains: 100, ..ModelSettings::default() },
+        preparation: granular::preparation::PreparationSettings { links: false, relaxation: 0.2, ..Default::default() },
+        experiment: Experiment::Oscillation(Oscillation {
+            amplitude: 1.0,
+            pre_periods: 0.0,
+            periods: 0.5,
+            post_periods: 0.0,
+            relative_frequency: 0.1,
+            ..Oscillation::default()
+        }),
+        ..MicrogelSettings::default()
+    };
+    let mut listed = Rheometer::new(&settings).unwrap();
+    while listed.preparing() {
+        listed.advance().unwrap();
+    }
+    let mut searched = listed.clone();
+    for step in 0..500 {
+        searched.forget_candidates();
+        let (a, b) = (listed.advance().unwrap(), searched.advance().unwrap());
+        assert_eq!(a, b, "step {step}");
+    }
+}

@@ -20,9 +20,12 @@ struct Cli {
     command: Command,
 }
 
-fn version() -> String {
-    let (version, commit) = runner::record::provenance::version();
-    format!("{version} ({commit})")
+fn version() -> &'static str {
+    static VERSION: std::sync::OnceLock<String> = std::sync::OnceLock::new();
+    VERSION.get_or_init(|| {
+        let (version, commit) = runner::record::provenance::version();
+        format!("{version} ({commit})")
+    })
 }
 
 fn main() -> ExitCode {

@@ -105,7 +105,7 @@ pub fn write(path: &Path, scene_hash: u64, saved: &Saved) -> Result<(), Checkpoi
     let payload = zstd::encode_all(plain.as_slice(), 1).map_err(io_error(path))?;
     let folder = path.parent().unwrap_or(Path::new("."));
     fs::create_dir_all(folder).map_err(io_error(folder))?;
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(io_error(path))?;
+    let mut file = super::folder::new_file_in(folder).map_err(io_error(path))?;
     let mut header = Vec::with_capacity(HEADER);
     header.extend_from_slice(MAGIC);
     header.extend_from_slice(&FORMAT.to_le_bytes());

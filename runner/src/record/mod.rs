@@ -9,6 +9,11 @@
 
 pub mod checkpoint;
 pub mod clock;
+pub mod folder;
 pub mod frame;
+pub mod frame_files;
+pub mod ply;
 pub mod provenance;
+pub mod recorder;
 pub mod series;
+pub mod vtk;

@@ -184,7 +184,7 @@ macro_rules! choice {
                 reading: &mut $crate::scene::field::Reading<'_>,
             ) -> Option<Self> {
                 const NAMES: &[&str] = &[$(stringify!($Variant)),*];
-                let (name, payload) = $crate::scene::field::variant(node, stringify!($Name), NAMES, reading)?;
+                let (name, payload) = $crate::scene::field::variant(node, NAMES, reading)?;
                 $(
                     if name == stringify!($Variant) {
                         return $crate::scene::declare::scene_variant!(decode $Name, $Variant, node, payload, reading $(, $ty, ($($spec)*))?);

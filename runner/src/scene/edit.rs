@@ -1,6 +1,6 @@
 //! Places in a scene: finding them, changing the text there (`--set`), and writing a tree back as text.
 
-use super::tree::{Entry, Group, Node, Span, Value, parse_integer};
+use super::tree::{Entry, Group, Node, Span, Value};
 use std::fmt;
 
 /// One step of a path into a scene.
@@ -142,6 +142,23 @@ pub fn follow<'a>(root: &'a Node, path: &Path) -> (&'a Node, usize) {
     (node, path.0.len())
 }
 
+/// Follows a path as far as it goes, taking an unnamed first value (`First(2)`) for whichever field it stands for.
+#[must_use]
+pub fn follow_loosely<'a>(root: &'a Node, path: &Path) -> &'a Node {
+    let mut node = root;
+    for step in &path.0 {
+        let first = match (&node.value, step) {
+            (Value::Group(group), Step::Name(_)) => group.items.first(),
+            _ => None,
+        };
+        match child(node, step).or(first) {
+            Some(next) => node = next,
+            None => return node,
+        }
+    }
+    node
+}
+
 /// A change of one stretch of text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Edit {
@@ -163,6 +180,9 @@ pub fn edit_for(root: &Node, path: &Path, value: &str) -> Result<Edit, String> {
     };
     let here = Path(path.0[..taken].to_vec());
     let here = if taken == 0 { "the scene".to_owned() } else { format!("`{here}`") };
+    if let (Value::Map(_), Step::Name(name), false) = (&node.value, first, others.is_empty()) {
+        return Err(format!("{here} has no entry \"{name}\""));
+    }
     let mut text = value.to_owned();
     for step in others.iter().rev() {
         let Step::Name(name) = step else {
@@ -287,12 +307,6 @@ fn write_flat(node: &Node) -> String {
             format!("{}({})", name.as_ref().map_or("", |(name, _)| name), parts.join(", "))
         }
     }
-}
-
-/// Whether a text reads as one value of a scene (used to help with `--set title=foo`).
-#[must_use]
-pub fn is_plain_word(text: &str) -> bool {
-    is_name(text) && parse_integer(text).is_none()
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use super::tree::{Span, SyntaxError};
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode, SourceSpan};
 use std::fmt;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// The kind of a problem; its [`code`](ProblemKind::code) is shown with the message and never changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -72,12 +73,12 @@ pub struct Problem {
     /// Where in the scene: `strands[0].radius`; empty if it has no such place.
     pub path: String,
     /// Line (from 1) in the file; 0 if it belongs to no text.
-    pub line: usize,
+    pub line: u32,
     /// Column (from 1, in characters); 0 if it belongs to no text.
-    pub column: usize,
+    pub column: u32,
     /// Where in the text; [`Span::NONE`] if it belongs to no text.
     pub span: Span,
-    source: Option<NamedSource<String>>,
+    source: Option<Arc<NamedSource<String>>>,
 }
 
 impl Problem {
@@ -95,10 +96,14 @@ impl Problem {
             source: None,
         };
         if let Some(file) = files.get(span.file) {
-            problem.source = Some(NamedSource::new(&file.name, file.text.clone()));
+            // A long value is marked on its first line only.
+            let marked = file.text.get(span.start..span.end).unwrap_or("");
+            problem.span.end = span.start + marked.find('\n').unwrap_or(marked.len());
+            problem.source = Some(Arc::new(NamedSource::new(&file.name, file.text.clone())));
             let before = file.text.get(..span.start).unwrap_or(&file.text);
-            problem.line = before.matches('\n').count() + 1;
-            problem.column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
+            problem.line = u32::try_from(before.matches('\n').count() + 1).unwrap_or(u32::MAX);
+            let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
+            problem.column = u32::try_from(column).unwrap_or(u32::MAX);
         }
         problem
     }
@@ -131,7 +136,8 @@ impl Problem {
     #[must_use]
     pub fn syntax(error: SyntaxError, files: &[SourceFile]) -> Problem {
         let mut problem = Problem::new(ProblemKind::Syntax, error.message, error.span, files);
-        problem.help = error.help;
+        let plain = "a scene is written `Scene(field: value, list: [value, value], …)`";
+        problem.help = Some(error.help.unwrap_or_else(|| plain.to_owned()));
         problem
     }
 
@@ -142,7 +148,7 @@ impl Problem {
             Some(source) => format!("{}:{}:{}: ", source.name(), self.line, self.column),
             None => String::new(),
         };
-        let help = self.help.as_ref().map_or(String::new(), |help| format!(" ({})", help.replace('\n', " ")));
+        let help = self.help.as_ref().map_or(String::new(), |help| format!(" ({})", help.replace('\n', "; ")));
         format!("{place}{}{help}", self.message)
     }
 }
@@ -165,7 +171,7 @@ impl Diagnostic for Problem {
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.source.as_ref().map(|source| source as &dyn SourceCode)
+        self.source.as_ref().map(|source| &**source as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
@@ -265,7 +271,7 @@ pub fn nearest<'a>(found: &str, candidates: impl IntoIterator<Item = &'a str>) -
 
 /// A help text for an unknown name: the nearest valid one first, then all.
 #[must_use]
-pub fn suggest<'a>(found: &str, what: &str, candidates: &[&'a str]) -> String {
+pub fn suggest(found: &str, what: &str, candidates: &[&str]) -> String {
     let all = || candidates.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
     match (nearest(found, candidates.iter().copied()), candidates.len()) {
         (_, 0) => format!("there is no {what} here"),

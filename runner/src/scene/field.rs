@@ -179,7 +179,6 @@ pub fn section_entries<'n>(
 /// The variant a node names and the node of what it carries (the node without its name).
 pub fn variant<'n>(
     node: &'n Node,
-    type_name: &str,
     names: &[&'static str],
     reading: &mut Reading<'_>,
 ) -> Option<(&'static str, Option<&'n Node>)> {
@@ -195,7 +194,7 @@ pub fn variant<'n>(
     match names.iter().find(|name| *name == found) {
         Some(name) => Some((name, payload)),
         None => {
-            let message = format!("{} cannot be `{found}`: there is no such {type_name}", reading.subject());
+            let message = format!("{} cannot be `{found}`", reading.subject());
             reading.problem(ProblemKind::UnknownName, span, message, suggest(found, "name", names));
             None
         }
@@ -286,7 +285,7 @@ impl Field for f64 {
     }
 
     fn encode(&self, spec: &Spec, units: Units) -> Node {
-        Node::made(Value::Number(write_number(spec.quantity.from_si(*self, units))))
+        Node::made(Value::Number(write_number(spec.quantity.from_si_exact(*self, units))))
     }
 
     fn describe(_book: &mut Book) -> Kind {

@@ -107,8 +107,6 @@ section! {
         tolerance: f64 = [1e-6] (Number, above(0.0).up_to(0.1)) "";
         /// Iterations of the conjugate gradients.
         max_iterations: usize = [1000] (Number, at_least(1.0).up_to(1_000_000.0)) "";
-        /// Damping time added to the tangent.
-        damping: f64 = [0.0] (Time, at_least(0.0).up_to(1.0)) "1e-3 s calms vibrations below yield; 0 is the model.";
     }
 }
 

@@ -34,7 +34,7 @@ pub struct LoadedScene {
 pub fn load(path: impl AsRef<FilePath>, overrides: &[String]) -> Result<LoadedScene, SceneError> {
     let path = path.as_ref();
     let name = path.display().to_string();
-    match std::fs::read_to_string(path) {
+    match read_text(path) {
         Ok(text) => load_text(&text, path, overrides),
         Err(error) => {
             let problem =
@@ -50,6 +50,20 @@ pub fn load(path: impl AsRef<FilePath>, overrides: &[String]) -> Result<LoadedSc
 /// As [`load`].
 pub fn load_str(text: &str, name: impl AsRef<FilePath>, overrides: &[String]) -> Result<LoadedScene, SceneError> {
     load_text(text, name.as_ref(), overrides)
+}
+
+/// Reads a regular file (no device, no folder).
+fn read_text(path: &FilePath) -> Result<String, String> {
+    match std::fs::metadata(path) {
+        Ok(data) if !data.is_file() => Err("it is not a file".to_owned()),
+        Ok(_) => std::fs::read_to_string(path).map_err(|error| error.to_string()),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+/// One name for one file, however it was reached.
+fn identity(path: &FilePath) -> PathBuf {
+    std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
 }
 
 /// The text of every file by the path under which it was asked for; edited by overrides.
@@ -70,10 +84,9 @@ fn load_text(text: &str, path: &FilePath, overrides: &[String]) -> Result<Loaded
 
     let mut changed = Vec::new();
     for order in overrides {
-        let place = apply(order, &merged, &mut texts).map_err(|problem| fail(vec![problem]))?;
+        apply(order, &merged, &mut texts, &mut changed).map_err(|problem| fail(vec![problem]))?;
         let note = |problems: Vec<Problem>| fail(problems.into_iter().map(|p| p.note(&in_override(order))).collect());
         merged = merge(path, &mut texts).map_err(note)?;
-        changed.push((place, order.as_str()));
     }
 
     let units = units_of(&merged.root);
@@ -99,7 +112,7 @@ fn load_text(text: &str, path: &FilePath, overrides: &[String]) -> Result<Loaded
                 files,
             })
         }
-        _ => Err(fail(problems.into_iter().map(|problem| name_override(problem, &merged.root, &changed)).collect())),
+        _ => Err(fail(problems.into_iter().map(|problem| name_override(problem, &merged.paths, &changed)).collect())),
     }
 }
 
@@ -107,27 +120,34 @@ fn in_override(order: &str) -> String {
     format!("this comes from `--set {order}`")
 }
 
-/// Adds the override to a problem that lies inside the text it wrote.
-fn name_override(problem: Problem, root: &Node, changed: &[(Path, &str)]) -> Problem {
-    for (place, order) in changed {
-        let (node, taken) = follow(root, place);
-        let inside = node.span.file == problem.span.file
-            && node.span.start <= problem.span.start
-            && problem.span.end <= node.span.end;
-        // The name of a field that the override added stands just before its value.
-        let named = taken == place.0.len()
-            && node.span.file == problem.span.file
-            && problem.span.end <= node.span.start
-            && node.span.start - problem.span.end <= 2;
-        if (inside && taken == place.0.len()) || named {
-            return problem.note(&in_override(order));
-        }
-    }
-    problem
+/// A stretch of text that an override wrote.
+struct Changed<'a> {
+    file: PathBuf,
+    start: usize,
+    end: usize,
+    order: &'a str,
 }
 
-/// Writes one override into the text of the file it belongs to; returns its path.
-fn apply(order: &str, merged: &Merged, texts: &mut Texts) -> Result<Path, Problem> {
+/// Adds the override to a problem that lies inside the text it wrote.
+fn name_override(problem: Problem, paths: &[PathBuf], changed: &[Changed<'_>]) -> Problem {
+    let wrote = changed.iter().rev().find(|changed| {
+        paths.get(problem.span.file) == Some(&changed.file)
+            && changed.start <= problem.span.start
+            && problem.span.end <= changed.end
+    });
+    match wrote {
+        Some(changed) => problem.note(&in_override(changed.order)),
+        None => problem,
+    }
+}
+
+/// Writes one override into the text of the file it belongs to, and notes where.
+fn apply<'a>(
+    order: &'a str,
+    merged: &Merged,
+    texts: &mut Texts,
+    changed: &mut Vec<Changed<'a>>,
+) -> Result<(), Problem> {
     let files = [SourceFile { name: "--set".to_owned(), folder: PathBuf::new(), text: order.to_owned() }];
     let refuse = |start: usize, end: usize, message: String| {
         Problem::new(ProblemKind::Override, message, Span { file: 0, start, end }, &files)
@@ -154,13 +174,23 @@ fn apply(order: &str, merged: &Merged, texts: &mut Texts) -> Result<Path, Proble
             None => problem.help("a path names fields from the scene inwards: `time.end`, `strands[0].radius`"),
         }
     })?;
-    let path = &merged.paths[edit.span.file];
-    if let Some(Ok(text)) = texts.get_mut(path)
+    let file = &merged.paths[edit.span.file];
+    if let Some(Ok(text)) = texts.get_mut(file)
         && text.get(edit.span.start..edit.span.end).is_some()
     {
         text.replace_range(edit.span.start..edit.span.end, &edit.text);
+        // Text behind the edit moves.
+        for other in changed.iter_mut().filter(|other| other.file == *file) {
+            for place in [&mut other.start, &mut other.end] {
+                if *place >= edit.span.end {
+                    *place = *place - (edit.span.end - edit.span.start) + edit.text.len();
+                }
+            }
+        }
+        let end = edit.span.start + edit.text.len();
+        changed.push(Changed { file: file.clone(), start: edit.span.start, end, order });
     }
-    Ok(place)
+    Ok(())
 }
 
 /// The nearest path that exists, for a path whose first missing step is misspelt.
@@ -208,10 +238,7 @@ fn read_file(
     merged: &mut Merged,
     stack: &mut Vec<PathBuf>,
 ) -> Result<Node, Vec<Problem>> {
-    let text = texts
-        .entry(path.to_owned())
-        .or_insert_with(|| std::fs::read_to_string(path).map_err(|error| error.to_string()))
-        .clone();
+    let text = texts.entry(path.to_owned()).or_insert_with(|| read_text(path)).clone();
     let text = text.map_err(|error| {
         let span = included_at.unwrap_or(Span::NONE);
         let from = merged.files.get(span.file).map_or("the scene", |file| file.name.as_str());
@@ -233,7 +260,8 @@ fn read_file(
     let folder = merged.files[file].folder.clone();
     for (name, span) in includes(&root) {
         let target = folder.join(&name);
-        if stack.contains(&target) {
+        let known = identity(&target);
+        if stack.iter().any(|file| identity(file) == known) {
             let mut chain = String::new();
             for file in stack.iter().chain([&target]) {
                 let _ = write!(chain, "{}{}", if chain.is_empty() { "" } else { " → " }, file.display());
@@ -241,6 +269,9 @@ fn read_file(
             let problem =
                 Problem::new(ProblemKind::File, format!("{name} includes itself: {chain}"), span, &merged.files);
             return Err(vec![problem.at("include").help("remove one of these `include` entries")]);
+        }
+        if merged.paths.iter().any(|file| identity(file) == known) {
+            continue; // included by another file already: once is enough
         }
         let other = read_file(&target, Some(span), texts, merged, stack)?;
         join(&mut root, other, span, &merged.files)?;
@@ -368,10 +399,9 @@ fn relocate_name(node: &mut Node, files: &[SourceFile]) {
     if file.folder == main.folder || FilePath::new(name.as_str()).is_absolute() {
         return;
     }
-    // Included names are joined to the including folder, so the main folder is a prefix of every other one.
-    if let Ok(inner) = file.folder.strip_prefix(&main.folder) {
-        *name = inner.join(&name).to_string_lossy().into_owned();
-    }
+    // Included names are joined to the including folder, so the main folder is a prefix of all but absolute ones.
+    let folder = file.folder.strip_prefix(&main.folder).unwrap_or(&file.folder);
+    *name = folder.join(&name).to_string_lossy().into_owned();
 }
 
 /// FNV-1a over the bytes, as 16 hexadecimal digits.

@@ -1,8 +1,10 @@
 //! Materials by name: fibres and liquids, from presets or own values.
 
 use super::declare::{choice, section};
-use super::presets;
+use super::presets::{self, FibrePreset, LiquidProperties};
 use super::quantity::{above, at_least};
+use constitutive::FlowCurve;
+use std::f64::consts::FRAC_PI_3;
 
 section! {
     /// What strands are made of. Every value not given comes from the preset; without a preset all but `viscosity` are needed.
@@ -14,7 +16,7 @@ section! {
         /// Young's modulus.
         young_modulus: Option<f64> = [None] (Pressure, above(0.0).up_to(1e14)) "Stiffness of bending and stretching; frequencies grow with its root.";
         /// Poisson ratio; the shear modulus is `E / 2(1+ν)`.
-        poisson_ratio: Option<f64> = [None] (Number, above(-1.0).up_to(0.5)) "Only the stiffness against twist depends on it.";
+        poisson_ratio: Option<f64> = [None] (Number, above(-1.0).below(0.5)) "Only the stiffness against twist depends on it.";
         /// Internal (Kelvin–Voigt) viscosity.
         viscosity: Option<f64> = [None] (Viscosity, at_least(0.0).up_to(1e13)) "Damps bending, twist and stretch; 0 conserves energy.";
         /// Factor on the stiffness against stretch only.
@@ -64,7 +66,11 @@ section! {
         /// Plastic strain at which threads tear.
         tearing_strain: Option<f64> = [None] (Number, above(0.0)) "1e8 or more: never.";
         /// Time over which broken bonds heal.
-        recovery_time: Option<f64> = [None] (Time, above(0.0)) "";
+        recovery_time: Option<f64> = [None] (Time, above(0.0)) "1e8 s or more: never.";
+        /// Height of the film that a strand takes up when it leaves the liquid.
+        film_height: Option<f64> = [None] (Length, above(0.0).up_to(0.1)) "";
+        /// Damping time of elastic vibration below yield.
+        shear_damping: Option<f64> = [None] (Time, at_least(0.0).up_to(1.0)) "0 is the model; 1e-3 s calms foams without changing their flow.";
     }
 }
 
@@ -78,12 +84,12 @@ choice! {
     }
 }
 
-/// A fibre with every value known [SI].
+/// A fibre with every value known \[SI\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FibreProperties {
     /// Density [kg/m³].
     pub density: f64,
-    /// Young's modulus [Pa].
+    /// Young's modulus \[Pa\].
     pub young_modulus: f64,
     /// Poisson ratio.
     pub poisson_ratio: f64,
@@ -93,49 +99,6 @@ pub struct FibreProperties {
     pub stretch_factor: f64,
 }
 
-/// The reading of flow parameters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FlowReading {
-    /// The model's J2 law.
-    J2,
-    /// Simple shear in a rheometer.
-    Rheometer,
-}
-
-/// Flow parameters with every value known [SI].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FlowProperties {
-    /// How to read the numbers.
-    pub reading: FlowReading,
-    /// Yield stress [Pa].
-    pub yield_stress: f64,
-    /// Consistency [Pa·sⁿ].
-    pub consistency: f64,
-    /// Flow index.
-    pub index: f64,
-}
-
-/// A liquid with every value known [SI].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LiquidProperties {
-    /// Density [kg/m³].
-    pub density: f64,
-    /// Bulk modulus [Pa].
-    pub bulk_modulus: f64,
-    /// Shear modulus [Pa].
-    pub shear_modulus: f64,
-    /// Flow law.
-    pub flow: FlowProperties,
-    /// Surface tension [N/m].
-    pub surface_tension: f64,
-    /// Contact angle [rad].
-    pub contact_angle: f64,
-    /// Plastic strain at tearing.
-    pub tearing_strain: f64,
-    /// Healing time [s].
-    pub recovery_time: f64,
-}
-
 impl Fibre {
     /// The values with the preset's where none are given, or the name of the first value that is missing.
     ///
@@ -143,11 +106,10 @@ impl Fibre {
     /// The missing field (`preset` if that preset does not exist).
     pub fn properties(&self) -> Result<FibreProperties, &'static str> {
         let preset = match &self.preset {
-            Some(name) => Some(presets::fibre(name).ok_or("preset")?.properties),
+            Some(name) => Some(presets::fibre(name).ok_or("preset")?),
             None => None,
         };
-        let value =
-            |own: Option<f64>, of: fn(&FibreProperties) -> f64, name| own.or(preset.as_ref().map(of)).ok_or(name);
+        let value = |own: Option<f64>, of: fn(&FibrePreset) -> f64, name| own.or(preset.as_ref().map(of)).ok_or(name);
         Ok(FibreProperties {
             density: value(self.density, |p| p.density, "density")?,
             young_modulus: value(self.young_modulus, |p| p.young_modulus, "young_modulus")?,
@@ -158,8 +120,14 @@ impl Fibre {
     }
 }
 
+/// From this value on a tearing strain or a recovery time means never.
+const NEVER: f64 = 1e8;
+
 impl LiquidMaterial {
     /// The values with the preset's where none are given, or the name of the first value that is missing.
+    ///
+    /// Without a preset, what is not given is: no surface tension, a contact angle of 60°, no tearing, films of 0.5 mm,
+    /// no damping.
     ///
     /// # Errors
     /// The missing field (`preset` if that preset does not exist).
@@ -170,31 +138,44 @@ impl LiquidMaterial {
         };
         let preset = preset.as_ref();
         let value = |own: Option<f64>, of: fn(&LiquidProperties) -> f64, name| own.or(preset.map(of)).ok_or(name);
-        let flow = match &self.flow {
-            None => preset.map(|p| p.flow).ok_or("flow")?,
-            Some(flow) => {
-                let (reading, own) = match flow {
-                    Flow::J2(values) => (FlowReading::J2, values),
-                    Flow::Rheometer(values) => (FlowReading::Rheometer, values),
-                };
-                let base = preset.map(|p| p.flow).filter(|base| base.reading == reading);
-                FlowProperties {
-                    reading,
-                    yield_stress: own.yield_stress.or(base.map(|b| b.yield_stress)).ok_or("flow.yield_stress")?,
-                    consistency: own.consistency.or(base.map(|b| b.consistency)).ok_or("flow.consistency")?,
-                    index: own.index.or(base.map(|b| b.index)).ok_or("flow.index")?,
-                }
-            }
+        let or_never = |own: Option<f64>, of: fn(&LiquidProperties) -> Option<f64>| match own {
+            Some(value) => (value < NEVER).then_some(value),
+            None => preset.and_then(of),
         };
         Ok(LiquidProperties {
             density: value(self.density, |p| p.density, "density")?,
             bulk_modulus: value(self.bulk_modulus, |p| p.bulk_modulus, "bulk_modulus")?,
             shear_modulus: value(self.shear_modulus, |p| p.shear_modulus, "shear_modulus")?,
-            flow,
+            flow: match &self.flow {
+                None => preset.map(|p| p.flow).ok_or("flow")?,
+                Some(flow) => flow.curve(preset.map(|p| p.flow))?,
+            },
             surface_tension: self.surface_tension.or(preset.map(|p| p.surface_tension)).unwrap_or(0.0),
-            contact_angle: self.contact_angle.or(preset.map(|p| p.contact_angle)).unwrap_or(60f64.to_radians()),
-            tearing_strain: self.tearing_strain.or(preset.map(|p| p.tearing_strain)).unwrap_or(1e8),
-            recovery_time: self.recovery_time.or(preset.map(|p| p.recovery_time)).unwrap_or(0.35),
+            contact_angle: self.contact_angle.or(preset.map(|p| p.contact_angle)).unwrap_or(FRAC_PI_3),
+            tearing_strain: or_never(self.tearing_strain, |p| p.tearing_strain),
+            recovery_time: or_never(self.recovery_time, |p| p.recovery_time),
+            film_height: self.film_height.or(preset.map(|p| p.film_height)).unwrap_or(5e-4),
+            shear_damping: self.shear_damping.or(preset.map(|p| p.shear_damping)).unwrap_or(0.0),
+        })
+    }
+}
+
+impl Flow {
+    /// The flow curve, with the values of `base` where none are given and `base` is stated in the same reading.
+    fn curve(&self, base: Option<FlowCurve>) -> Result<FlowCurve, &'static str> {
+        let (own, base) = match (self, base) {
+            (Flow::J2(own), Some(FlowCurve::J2 { yield_stress, consistency, index }))
+            | (Flow::Rheometer(own), Some(FlowCurve::Rheometer { yield_stress, consistency, index })) => {
+                (own, Some((yield_stress, consistency, index)))
+            }
+            (Flow::J2(own) | Flow::Rheometer(own), _) => (own, None),
+        };
+        let yield_stress = own.yield_stress.or(base.map(|b| b.0)).ok_or("flow.yield_stress")?;
+        let consistency = own.consistency.or(base.map(|b| b.1)).ok_or("flow.consistency")?;
+        let index = own.index.or(base.map(|b| b.2)).ok_or("flow.index")?;
+        Ok(match self {
+            Flow::J2(_) => FlowCurve::J2 { yield_stress, consistency, index },
+            Flow::Rheometer(_) => FlowCurve::Rheometer { yield_stress, consistency, index },
         })
     }
 }

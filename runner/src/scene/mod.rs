@@ -7,7 +7,7 @@
 //! strands, materials, solids, motion, time, output, film, contact, liquid   ── the sections
 //! presets         ── materials by name
 //! checks          ── what must fit together; sizes
-//! expand          ── strands from their shapes (with obj and random)
+//! expand          ── single strands from their groups (with generators, obj and random)
 //! load            ── files, includes, overrides → LoadedScene
 //! reference       ── the reference page and the JSON schema, from the same declarations
 //! error           ── messages with file, line, column and help
@@ -24,6 +24,7 @@ pub mod error;
 pub mod expand;
 pub mod field;
 pub mod film;
+mod generators;
 pub mod liquid;
 pub mod load;
 pub mod materials;
@@ -49,10 +50,11 @@ use declare::{choice, section};
 use field::Field;
 use film::FilmModel;
 use liquid::Liquid;
-use materials::{FibreProperties, LiquidProperties, Material};
+use materials::{FibreProperties, Material};
 use motion::{Motion, Script};
 use nalgebra::Vector3;
 use output::Output;
+use presets::LiquidProperties;
 use quantity::{Spec, above, at_least};
 use solids::Solid;
 use std::collections::BTreeMap;
@@ -146,7 +148,9 @@ impl Scene {
         self.disable.contains(component)
     }
 
-    /// The scene as text in the given units; loading it gives the same scene (in SI to the last bit).
+    /// The scene as text in the given units; loading it gives the same scene.
+    ///
+    /// In SI the numbers are the same to the last bit; in CGS all but a few, which differ in the last.
     #[must_use]
     pub fn to_ron(&self, units: Units) -> String {
         let mut scene = self.clone();

@@ -7,12 +7,12 @@ use super::reference::{Book, Kind};
 use super::tree::{Node, Value};
 use nalgebra::Vector3;
 
-/// A stretch of time `(start, end)` [s].
+/// A stretch of time `(start, end)` \[s\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// Start [s].
+    /// Start \[s\].
     pub start: f64,
-    /// End [s], after the start.
+    /// End \[s\], after the start.
     pub end: f64,
 }
 

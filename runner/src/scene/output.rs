@@ -72,7 +72,7 @@ section! {
         /// Rows of `series.csv`.
         series: Clock = [Clock::Steps(1)] () "";
         /// Checkpoints, from which a run can go on.
-        checkpoint: Clock = [Clock::Never] () "";
+        checkpoint: Clock = [Clock::Count(20)] () "A run that is cut short loses at most the time since the last one.";
         /// How many checkpoints are kept.
         keep: usize = [2] (Number, at_least(1.0).up_to(1e6)) "With 2 a damaged one does not lose the run.";
         /// Vertices and points followed step by step.

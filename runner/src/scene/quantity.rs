@@ -85,6 +85,18 @@ impl Quantity {
         value * divisor / multiplier
     }
 
+    /// Converts an SI number to the units of a scene file so that it comes back to the same bits: the short decimal near
+    /// it if there is one, else a neighbour of the quotient.
+    #[must_use]
+    pub fn from_si_exact(self, value: f64, units: Units) -> f64 {
+        let plain = self.from_si(value, units);
+        let short = format!("{plain:.11e}").parse().unwrap_or(plain);
+        [short, plain, plain.next_up(), plain.next_down()]
+            .into_iter()
+            .find(|&candidate| self.to_si(candidate, units) == value)
+            .unwrap_or(plain)
+    }
+
     /// The unit as written in messages and on the reference page; empty for pure numbers.
     #[must_use]
     pub fn unit(self, units: Units) -> &'static str {
@@ -188,7 +200,7 @@ impl Range {
         Range { high, high_open: true, ..self }
     }
 
-    /// Whether `value` [SI] is allowed.
+    /// Whether `value` \[SI\] is allowed.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {
         let low = if self.low_open { value > self.low } else { value >= self.low };
@@ -240,7 +252,7 @@ impl Range {
 pub struct Spec {
     /// What the numbers measure.
     pub quantity: Quantity,
-    /// Their allowed interval [SI].
+    /// Their allowed interval \[SI\].
     pub range: Range,
 }
 

@@ -1,6 +1,6 @@
 //! Scene text as a tree that remembers where every value stood.
 //!
-//! The `ron` crate is the judge of syntax (see [`super::load`]); this reader gives what that crate does not: the place
+//! The `ron` crate is the judge of syntax (see [`load`](mod@super::load)); this reader gives what that crate does not: the place
 //! of every value, needed to point at it in a message and to change it by `--set`. It reads the same language with one
 //! convenience: the first value of a named group may stand without its name, `Translate([1, 0, 0], during: (0, 1))`.
 
@@ -524,6 +524,10 @@ impl<'a> Reader<'a> {
                 }
                 None => {
                     let item = self.value()?;
+                    self.space()?;
+                    if self.peek() == Some('=') {
+                        return Err(self.unexpected("`:`", Some("a field is written `name: value`")));
+                    }
                     if !group.fields.is_empty() {
                         return Err(self.error(
                             item.span.start,

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use rods::{Loads, RodSet};
 
-use super::World;
+use super::{StrandWorld, World};
 use crate::system::Column;
 
 /// Momentum of all strands [N s].
@@ -31,20 +31,25 @@ pub fn columns(world: &World, columns: &mut Vec<Column>) {
         ("twist_energy", "J", "elastic energy of twisting"),
         ("gravity_energy", "J", "energy in the gravity field, zero at the origin"),
         ("total_energy", "J", "sum of all energies"),
-        ("momentum_defect", "1", "momentum that no impulse accounts for, relative to the impulses so far"),
     ] {
         columns.push(Column::new(name, unit, meaning));
     }
-    for (place, _) in strands.held.iter().enumerate() {
+    if keeps_momentum_ledger(strands) {
+        let meaning = "momentum that no impulse accounts for, relative to the impulses so far";
+        columns.push(Column::new("momentum_defect", "1", meaning));
+    }
+    let clamps: Vec<String> = match strands.held.len() {
+        0 => Vec::new(),
+        many if many > MOST_CLAMP_COLUMNS => vec!["clamps".to_owned()],
+        few => (0..few).map(|place| format!("clamp{place}")).collect(),
+    };
+    for clamp in clamps {
         for axis in ["x", "y", "z"] {
-            columns.push(Column::new(format!("clamp{place}_force_{axis}"), "N", "force by which the clamp holds"));
+            columns.push(Column::new(format!("{clamp}_force_{axis}"), "N", "force by which the clamp holds"));
         }
         for axis in ["x", "y", "z"] {
-            let name = format!("clamp{place}_torque_{axis}");
-            columns.push(Column::new(name, "N m", "torque of the clamp about its centre"));
-        }
-        if strands.held.len() > MOST_CLAMP_COLUMNS {
-            break;
+            let meaning = "torque of the clamp about its centre";
+            columns.push(Column::new(format!("{clamp}_torque_{axis}"), "N m", meaning));
         }
     }
     for probe in &world.probes {
@@ -68,13 +73,15 @@ pub fn row(world: &World, out: &mut Vec<f64>) {
     out.extend(momentum.linear.iter());
     out.extend(momentum.angular.iter());
     out.extend([energy.kinetic, energy.stretch, energy.bend, energy.twist, energy.gravity, energy.total()]);
-    out.push(momentum_defect(world, &momentum.linear));
+    if keeps_momentum_ledger(strands) {
+        out.push(momentum_defect(world, &momentum.linear));
+    }
     if strands.held.len() > MOST_CLAMP_COLUMNS {
         let zero = super::Reaction::default();
-        let sum = strands.reactions.iter().fold(zero, |sum, r| super::Reaction {
-            force: sum.force + r.force,
-            torque: sum.torque + r.torque,
-        });
+        let sum = strands
+            .reactions
+            .iter()
+            .fold(zero, |sum, r| super::Reaction { force: sum.force + r.force, torque: sum.torque + r.torque });
         out.extend(sum.force.iter().chain(sum.torque.iter()));
     } else {
         for reaction in &strands.reactions {
@@ -92,4 +99,35 @@ pub fn momentum_defect(world: &World, momentum: &Vector3<f64>) -> f64 {
     let ledger = &world.state.ledger;
     let scale = ledger.impulse_scale.max(ledger.initial_momentum.norm()).max(momentum.norm());
     if scale == 0.0 { 0.0 } else { (momentum - ledger.initial_momentum - ledger.impulse).norm() / scale }
+}
+
+/// Whether momentum changes by the impulses of one step alone. A two-step formula weighs two steps, and its sum of
+/// impulses means nothing.
+#[must_use]
+pub fn keeps_momentum_ledger(strands: &StrandWorld) -> bool {
+    strands.stepper.settings.integrator != rods::Integrator::Bdf2
+}
+
+/// Impulse of everything outside on the strands over a step just solved and accepted [N s], and the sum of magnitudes.
+///
+/// Gravity and holding forces act as in the step's equation; air drag acts on the velocity that moves the vertices.
+#[must_use]
+pub fn outside_impulse(
+    rods: &RodSet,
+    moving: &[Vector3<f64>],
+    gravity: &Vector3<f64>,
+    reactions: &Vector3<f64>,
+    dt: f64,
+) -> (Vector3<f64>, f64) {
+    let (mut weight, mut drag) = (Vector3::zeros(), Vector3::zeros());
+    for strand in 0..rods.strand_count() {
+        let resistance = rods.material[strand].air_drag;
+        for (i, vertex) in rods.vertices(strand).enumerate() {
+            weight += gravity * rods.vertex_mass(strand, i);
+            if resistance > 0.0 {
+                drag -= moving[vertex] * (resistance * rods.vertex_length(strand, i));
+            }
+        }
+    }
+    ((weight + drag + reactions) * dt, (weight.norm() + drag.norm() + reactions.norm()) * dt)
 }

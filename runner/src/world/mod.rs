@@ -13,7 +13,6 @@ pub mod script;
 pub mod solids;
 pub mod strands;
 
-use std::path::Path;
 use std::time::Instant;
 
 use nalgebra::Vector3;
@@ -105,6 +104,9 @@ pub struct StrandWorld {
     pub group: Vec<usize>,
     /// Force and torque that held each held part during the last step.
     pub reactions: Vec<Reaction>,
+    /// Largest turn of an edge in one step [rad] before the step is refused; infinite for fixed steps, which the user chose.
+    pub turn_limit: f64,
+    velocities: Vec<Vector3<f64>>,
 }
 
 /// Force and torque (about the part's centre) that a clamp exerts on its strand.
@@ -136,25 +138,20 @@ pub struct World {
 }
 
 impl World {
-    /// Builds the world of a scene; files are read relative to `folder`.
+    /// Builds the world of a scene.
     ///
     /// # Errors
     /// When a part cannot be built; the message names it.
-    pub fn build(
-        scene: &Scene,
-        plan: Plan,
-        geometry: &[StrandGeometry],
-        folder: &Path,
-    ) -> Result<World, BuildError> {
+    pub fn build(scene: &Scene, plan: &Plan, geometry: &[StrandGeometry]) -> Result<World, BuildError> {
         let built = strands::build(scene, geometry)?;
-        let solids = solids::build(scene, folder)?;
+        let solids = solids::build(scene)?;
         let mut state = WorldState { rods: built.rods, ledger: Ledger::default() };
         let strands = if geometry.is_empty() {
             None
         } else {
             let stepper =
                 RodStepper::new(rod_settings(scene)).map_err(|error| BuildError::Solver(error.to_string()))?;
-            let mut strands = StrandWorld {
+            let strands = StrandWorld {
                 reactions: vec![Reaction::default(); built.held.len()],
                 held: built.held,
                 boundary: Boundary::default(),
@@ -162,10 +159,9 @@ impl World {
                 report: RodReport::EMPTY,
                 friction: built.friction,
                 group: built.group,
+                turn_limit: turn_limit(scene),
+                velocities: Vec::new(),
             };
-            if !built.sagfree.is_empty() {
-                strands.make_sagfree(&mut state.rods, &built.sagfree, scene.gravity)?;
-            }
             strands.start_held_parts(&mut state.rods);
             Some(strands)
         };
@@ -195,6 +191,17 @@ impl World {
             result?;
         }
         Ok(())
+    }
+}
+
+/// A step is chosen for the velocities before it; a step in which the strands gained speed so fast that an edge turned by
+/// more than this part of the chosen turn too much is repeated.
+const TURN_SLACK: f64 = 2.0;
+
+fn turn_limit(scene: &Scene) -> f64 {
+    match &scene.time.step {
+        crate::scene::time::StepControl::Adaptive(adaptive) => TURN_SLACK * adaptive.turn,
+        crate::scene::time::StepControl::Fixed(_) => f64::INFINITY,
     }
 }
 

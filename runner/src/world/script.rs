@@ -24,14 +24,14 @@ fn movement(part: &described::Motion, end: f64) -> Result<Movement, BuildError> 
     let pivot = |center: &Option<Vector3<f64>>| center.map_or(Pivot::Center, Pivot::Point);
     Ok(match part {
         described::Motion::Translate(m) => {
-            Movement::Translate { by: m.by, during: (m.during.start, m.during.end), ease: ease(m.ease) }
+            Movement::Translate { by: m.by, during: (m.during.start, m.during.end), ease: ease(&m.ease) }
         }
         described::Motion::Rotate(m) => Movement::Rotate {
             axis: m.axis.0,
             angle: m.angle,
             during: (m.during.start, m.during.end),
             about: pivot(&m.center),
-            ease: ease(m.ease),
+            ease: ease(&m.ease),
         },
         described::Motion::Glide(m) => {
             let during = span(&m.during);
@@ -52,7 +52,7 @@ fn movement(part: &described::Motion, end: f64) -> Result<Movement, BuildError> 
             factor: uniform(&m.factor)?,
             during: (m.during.start, m.during.end),
             about: pivot(&m.center),
-            ease: ease(m.ease),
+            ease: ease(&m.ease),
         },
         described::Motion::Keyframes(m) => Movement::Keyframes {
             keys: m
@@ -63,7 +63,7 @@ fn movement(part: &described::Motion, end: f64) -> Result<Movement, BuildError> 
                     Ok(Key { time: pose.time, translation: pose.translate, rotation: pose.rotate, scale })
                 })
                 .collect::<Result<_, BuildError>>()?,
-            interpolation: match m.ease {
+            interpolation: match &m.ease {
                 described::Ease::Linear => Interpolation::Linear,
                 _ => Interpolation::Smoothstep,
             },
@@ -72,7 +72,7 @@ fn movement(part: &described::Motion, end: f64) -> Result<Movement, BuildError> 
     })
 }
 
-fn ease(ease: described::Ease) -> Ease {
+fn ease(ease: &described::Ease) -> Ease {
     match ease {
         described::Ease::Linear => Ease::Linear,
         described::Ease::Smooth => Ease::Smoothstep,

@@ -5,8 +5,8 @@ use std::path::Path;
 use geometry::{Axis, MovingSolid, ShapeDescription, Surface};
 
 use super::{BuildError, script};
-use crate::scene::Scene;
 use crate::scene::solids::{Solid, Volume};
+use crate::scene::{Scene, UnitSystem};
 
 /// A solid with the name and coefficients that the scene gives it.
 #[derive(Clone, Debug)]
@@ -23,20 +23,20 @@ pub struct SceneSolid {
     pub restitution: f64,
 }
 
-/// Builds the solids of a scene; meshes are read relative to `folder`.
+/// Builds the solids of a scene.
 ///
 /// # Errors
 /// When a shape, a mesh or a script cannot be used; the message names the solid.
-pub fn build(scene: &Scene, folder: &Path) -> Result<Vec<SceneSolid>, BuildError> {
-    scene.solids.iter().enumerate().map(|(index, solid)| one(scene, solid, index, folder)).collect()
+pub fn build(scene: &Scene) -> Result<Vec<SceneSolid>, BuildError> {
+    scene.solids.iter().enumerate().map(|(index, solid)| one(scene, solid, index)).collect()
 }
 
-fn one(scene: &Scene, solid: &Solid, index: usize, folder: &Path) -> Result<SceneSolid, BuildError> {
+fn one(scene: &Scene, solid: &Solid, index: usize) -> Result<SceneSolid, BuildError> {
     let name = solid.name.clone().unwrap_or_else(|| format!("solid {index}"));
     let refuse = |what: String| BuildError::Solid { name: name.clone(), what };
-    let description = describe(&solid.shape);
+    let description = describe(&solid.shape, mesh_unit(scene));
     let description = if solid.inverted { ShapeDescription::Complement(Box::new(description)) } else { description };
-    let shape = description.build(folder).map_err(|error| refuse(error.to_string()))?;
+    let shape = description.build(Path::new("")).map_err(|error| refuse(error.to_string()))?;
     let motion = script::motion(scene.script(&solid.motion), scene.time.end)?;
     let surface = Surface { friction: solid.friction, sticky: solid.liquid_friction > 0.0 };
     let solid_of = MovingSolid::new(shape, motion, surface).map_err(|error| refuse(error.to_string()))?;
@@ -49,17 +49,23 @@ fn one(scene: &Scene, solid: &Solid, index: usize, folder: &Path) -> Result<Scen
     })
 }
 
-/// A shape of the scene as `geometry` describes it.
+/// Length [m] of one unit of mesh files: they are read in the units of the scene.
 #[must_use]
-pub fn describe(volume: &Volume) -> ShapeDescription {
+pub fn mesh_unit(scene: &Scene) -> f64 {
+    match scene.units {
+        UnitSystem::Si => 1.0,
+        UnitSystem::Cgs => 0.01,
+    }
+}
+
+/// A shape of the scene as `geometry` describes it; `mesh_unit` is the length of one unit of mesh files [m].
+#[must_use]
+pub fn describe(volume: &Volume, mesh_unit: f64) -> ShapeDescription {
     match volume {
         Volume::Sphere(s) => ShapeDescription::Sphere { center: s.center, radius: s.radius },
-        Volume::Box(b) => ShapeDescription::Box {
-            center: b.center,
-            half_extents: b.half_size,
-            rotation: b.rotate,
-            rounding: 0.0,
-        },
+        Volume::Box(b) => {
+            ShapeDescription::Box { center: b.center, half_extents: b.half_size, rotation: b.rotate, rounding: 0.0 }
+        }
         Volume::Cylinder(c) => ShapeDescription::Cylinder {
             center: c.center,
             axis: Axis::Along(c.axis.0),
@@ -79,8 +85,8 @@ pub fn describe(volume: &Volume) -> ShapeDescription {
             minor_radius: t.minor_radius,
         },
         Volume::Mesh(m) => ShapeDescription::Mesh {
-            file: m.file.0.clone().into(),
-            scale: m.scale,
+            file: m.file.path.clone(),
+            scale: m.scale * mesh_unit,
             rotation: m.rotate,
             translation: m.translate,
         },

@@ -2,7 +2,7 @@
 
 use geometry::Motion;
 use nalgebra::Vector3;
-use rods::{Boundary, FixedAngle, FixedEdge, FixedVertex, RestShape, RodSet, StrandMaterial, StrandSpec};
+use rods::{Boundary, FixedAngle, FixedEdge, FixedVertex, Loads, RestShape, RodSet, StrandMaterial, StrandSpec};
 
 use super::{BuildError, script};
 use crate::scene::Scene;
@@ -32,8 +32,6 @@ pub struct BuiltStrands {
     pub rods: RodSet,
     /// What is held.
     pub held: Vec<HeldPart>,
-    /// Strands whose rest shape is to be found from equilibrium.
-    pub sagfree: Vec<usize>,
     /// Friction coefficient per strand.
     pub friction: Vec<f64>,
     /// Group in the scene per strand.
@@ -45,13 +43,7 @@ pub struct BuiltStrands {
 /// # Errors
 /// When a strand cannot be built; the message names it.
 pub fn build(scene: &Scene, strands: &[StrandGeometry]) -> Result<BuiltStrands, BuildError> {
-    let mut built = BuiltStrands {
-        rods: RodSet::new(),
-        held: Vec::new(),
-        sagfree: Vec::new(),
-        friction: Vec::new(),
-        group: Vec::new(),
-    };
+    let mut built = BuiltStrands { rods: RodSet::new(), held: Vec::new(), friction: Vec::new(), group: Vec::new() };
     for geometry in strands {
         let description = &scene.strands[geometry.group];
         let fibre = scene.fibre(&description.material).ok_or_else(|| BuildError::Strand {
@@ -81,7 +73,12 @@ pub fn build(scene: &Scene, strands: &[StrandGeometry]) -> Result<BuiltStrands, 
         }
         // twist put in at the start is strain, whatever the rest shape
         spec.rest = match &geometry.rest {
-            RestGeometry::AsGiven | RestGeometry::Sagfree => as_given(&spec).map_err(|e| refuse(e.to_string()))?,
+            RestGeometry::AsGiven => as_given(&spec).map_err(|e| refuse(e.to_string()))?,
+            RestGeometry::Sagfree => {
+                let (rest, lengths) = sag_free(&spec, geometry, scene).map_err(|e| refuse(e.to_string()))?;
+                spec.rest_lengths = Some(lengths);
+                rest
+            }
             RestGeometry::Straight => RestShape::Straight,
             RestGeometry::Curvature { first, second, twist } => {
                 RestShape::Uniform { curvature: [*first, *second], twist: *twist }
@@ -96,9 +93,6 @@ pub fn build(scene: &Scene, strands: &[StrandGeometry]) -> Result<BuiltStrands, 
             }
         };
         let strand = built.rods.add_strand(&spec).map_err(|error| refuse(error.to_string()))?;
-        if matches!(geometry.rest, RestGeometry::Sagfree) {
-            built.sagfree.push(strand);
-        }
         built.friction.push(description.friction);
         built.group.push(geometry.group);
         for clamp in &geometry.clamps {
@@ -116,6 +110,19 @@ fn as_given(spec: &StrandSpec) -> Result<RestShape, rods::RodError> {
     untwisted.rest = RestShape::AsGiven;
     alone.add_strand(&untwisted)?;
     Ok(RestShape::Explicit { curvature: alone.rest_curvature, twist: alone.rest_twist })
+}
+
+/// The rest shape and rest lengths for which the strand as given is in equilibrium under gravity.
+fn sag_free(spec: &StrandSpec, geometry: &StrandGeometry, scene: &Scene) -> Result<(RestShape, Vec<f64>), BuildError> {
+    let refuse = |error: rods::RodError| BuildError::Sagfree(error.to_string());
+    let mut alone = RodSet::new();
+    alone.add_strand(spec).map_err(refuse)?;
+    let mut boundary = Boundary::default();
+    for clamp in &geometry.clamps {
+        hold(&alone, 0, clamp, scene.time.end)?.prescribe(0.0, &mut boundary, &alone);
+    }
+    rods::make_sag_free(&mut alone, &Loads::gravity(scene.gravity), &boundary).map_err(refuse)?;
+    Ok((RestShape::Explicit { curvature: alone.rest_curvature, twist: alone.rest_twist }, alone.rest_length))
 }
 
 fn hold(rods: &RodSet, strand: usize, clamp: &ClampGeometry, end: f64) -> Result<HeldPart, BuildError> {

@@ -292,13 +292,13 @@ impl Branch {
 
     /// `Σ_{k≥1} C(n−1, k) δᵏ/k` for `|δ| ≤ ½`.
     fn binomial(&self, delta: f64) -> f64 {
-        let (mut coefficient, mut power, mut sum) = (1.0, 1.0, 0.0);
-        for k in 1..400 {
-            coefficient *= (self.n - k as f64) / k as f64;
-            power *= delta;
-            let term = coefficient * power / k as f64;
+        // factor = C(n−1, k) δᵏ, by multiplications alone
+        let (mut factor, mut sum) = (1.0, 0.0);
+        for (k, reciprocal) in RECIPROCALS.iter().enumerate() {
+            factor *= (self.n - (k + 1) as f64) * reciprocal * delta;
+            let term = factor * reciprocal;
             sum += term;
-            if term.abs() <= 1e-18 * sum.abs() {
+            if term.abs() <= 1e-17 * sum.abs() {
                 break;
             }
         }
@@ -308,10 +308,10 @@ impl Branch {
     /// Time between zero excess and `y = qⁿ`, `q ≤ ½`: `y Σ (±q)ᵏ/(k/n + 1)`.
     fn low_time(&self, y: f64, q: f64) -> f64 {
         let (mut power, mut sum) = (1.0, 0.0);
-        for k in 0..200 {
-            let term = power / (k as f64 / self.n + 1.0);
+        for k in 0..64 {
+            let term = power * self.n / (k as f64 + self.n);
             sum += term;
-            if term.abs() <= 1e-18 * sum {
+            if term.abs() <= 1e-17 * sum {
                 break;
             }
             power *= self.sign * q;
@@ -359,6 +359,17 @@ impl Branch {
         Reached::Excess { ln_q, delta: ln_q.exp_m1() }
     }
 }
+
+/// `1/k` for k = 1 to 64.
+const RECIPROCALS: [f64; 64] = {
+    let mut table = [0.0; 64];
+    let mut k = 0;
+    while k < 64 {
+        table[k] = 1.0 / (k + 1) as f64;
+        k += 1;
+    }
+    table
+};
 
 /// Positive nodes and weights of 12-point Gauss–Legendre quadrature.
 const GAUSS_12: [(f64, f64); 6] = [

@@ -316,7 +316,11 @@ mod tests {
 
     #[test]
     fn relaxation_does_not_depend_on_the_number_of_steps_with_the_exact_map() {
-        let settings = LawSettings { flow_map: crate::FlowMap::Exact, determinant: crate::DeterminantPolicy::Trace };
+        let settings = LawSettings {
+            flow_map: crate::FlowMap::Exact,
+            determinant: crate::DeterminantPolicy::Trace,
+            ..LawSettings::default()
+        };
         let law = Liquid::preset("drilling-mud").unwrap().law(settings).unwrap();
         let ends: Vec<f64> = [1, 10]
             .iter()

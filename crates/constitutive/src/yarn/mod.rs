@@ -10,6 +10,7 @@
 //!
 //! Source: Jiang, Gast, Teran 2017, in the 2-D form of the seed note, with its errata corrected (docs/errata.md, yarn E1–E17).
 
+mod bending;
 mod differential;
 mod frame;
 mod law;
@@ -19,6 +20,7 @@ mod return_map;
 #[cfg(test)]
 mod tests;
 
+pub use bending::{Bend, bend, bend_differential};
 pub use differential::StressTangent;
 pub use frame::{YarnFrame, triangular_factor};
 pub use law::{YarnForm, YarnLaw};

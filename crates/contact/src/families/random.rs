@@ -57,7 +57,11 @@ impl Random {
 /// that some motion can undo, so that a solution exists.
 #[must_use]
 pub fn random_system(
-    random: &mut Random, contacts: usize, dofs: usize, friction: (f64, f64), cohesion: f64,
+    random: &mut Random,
+    contacts: usize,
+    dofs: usize,
+    friction: (f64, f64),
+    cohesion: f64,
 ) -> ContactProblem {
     let h: Vec<Vec<f64>> = (0..3 * contacts).map(|_| (0..dofs).map(|_| random.normal()).collect()).collect();
     // a motion that opens every contact with room for sliding: rows shifted so that H v₀ lies inside the dual cone
@@ -96,7 +100,9 @@ pub fn random_system(
         }
     }
     let cohesion = if cohesion > 0.0 {
-        (0..contacts).map(|_| if random.uniform(0.0, 1.0) < 0.5 { random.uniform(0.0, cohesion) } else { 0.0 }).collect()
+        (0..contacts)
+            .map(|_| if random.uniform(0.0, 1.0) < 0.5 { random.uniform(0.0, cohesion) } else { 0.0 })
+            .collect()
     } else {
         Vec::new()
     };

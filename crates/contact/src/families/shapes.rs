@@ -143,7 +143,15 @@ pub fn tower(r: &mut Random, n: usize, friction: f64, gravity: Vec3, shake: f64,
 
 /// A wall of `nx` × `ny` unit boxes laid with half a box of overlap, four contacts per joint.
 #[must_use]
-pub fn boxes(r: &mut Random, nx: usize, ny: usize, friction: f64, gravity: Vec3, shake: f64, spin: f64) -> ContactProblem {
+pub fn boxes(
+    r: &mut Random,
+    nx: usize,
+    ny: usize,
+    friction: f64,
+    gravity: Vec3,
+    shake: f64,
+    spin: f64,
+) -> ContactProblem {
     let mut s = Bodies::default();
     for j in 0..ny {
         for i in 0..nx {

@@ -149,7 +149,8 @@ impl GroupSolver for Admm {
             }
             if i == next_balance {
                 next_balance = i + (i / 2).max(30);
-                let ratio = ((primal / size_z.max(1e-300)) / (dual_change / size_w.max(1e-300)).max(1e-300)).sqrt().sqrt();
+                let ratio =
+                    ((primal / size_z.max(1e-300)) / (dual_change / size_w.max(1e-300)).max(1e-300)).sqrt().sqrt();
                 if !(0.4..=2.5).contains(&ratio) && ratio.is_finite() {
                     let new = (rho * ratio.clamp(0.1, 10.0)).clamp(1e-6, 1e4);
                     for w in &mut dual {

@@ -61,7 +61,10 @@ pub fn solve(problem: &ContactProblem, warm: Option<&[Vec3]>, settings: &Contact
 /// Solves a problem with a given method for every group.
 #[must_use]
 pub fn solve_with(
-    problem: &ContactProblem, warm: Option<&[Vec3]>, settings: &ContactSettings, solver: &(dyn GroupSolver + Sync),
+    problem: &ContactProblem,
+    warm: Option<&[Vec3]>,
+    settings: &ContactSettings,
+    solver: &(dyn GroupSolver + Sync),
 ) -> Solution {
     let n = problem.len();
     if n == 0 {
@@ -118,7 +121,8 @@ pub fn solve_with(
             };
             (solver.solve(&group, &mut gr), gr)
         };
-        let solved: Vec<(GroupOutcome, Vec<Vec3>)> = if n >= settings.parallel_above && rayon::current_num_threads() > 1 {
+        let solved: Vec<(GroupOutcome, Vec<Vec3>)> = if n >= settings.parallel_above && rayon::current_num_threads() > 1
+        {
             groups.par_iter().map(one).collect()
         } else {
             groups.iter().map(one).collect()
@@ -137,8 +141,15 @@ pub fn solve_with(
     finish(problem, settings, q, r, &outcomes)
 }
 
+/// Violation of the law relative to the free velocity above which a problem counts as jammed.
+const JAMMED: f64 = 1e-2;
+
 fn finish(
-    problem: &ContactProblem, settings: &ContactSettings, q: Vec<Vec3>, mut r: Vec<Vec3>, outcomes: &[GroupOutcome],
+    problem: &ContactProblem,
+    settings: &ContactSettings,
+    q: Vec<Vec3>,
+    mut r: Vec<Vec3>,
+    outcomes: &[GroupOutcome],
 ) -> Solution {
     let n = problem.len();
     let mut parts = ResidualParts::default();
@@ -151,7 +162,19 @@ fn finish(
     }
     let residual = parts.relative();
     let worst = outcomes.iter().map(|o| o.status).max_by_key(|s| s.severity()).unwrap_or(Status::Converged);
-    let status = if residual <= settings.tolerance {
+    // Impulses that run away (no solution exists) make any residual relative to them small. In velocity terms the law must
+    // hold to a hundredth of the free velocity as well.
+    let violation = crate::problem::residual::residual_parts(
+        &problem.delassus,
+        &q,
+        &problem.friction,
+        &r,
+        crate::problem::Scaling::PerContact,
+    );
+    let jammed = violation.map_squared > (JAMMED * JAMMED) * violation.free_squared;
+    let status = if jammed {
+        if worst.is_converged() { Status::Stalled } else { worst }
+    } else if residual <= settings.tolerance {
         Status::Converged
     } else if worst.is_converged() {
         Status::Stalled
@@ -185,10 +208,5 @@ fn finish(
         residual,
         tolerance: settings.tolerance,
     };
-    Solution {
-        impulses: r,
-        velocities,
-        states,
-        report: ContactReport { solve, groups: outcomes.len(), stages },
-    }
+    Solution { impulses: r, velocities, states, report: ContactReport { solve, groups: outcomes.len(), stages } }
 }

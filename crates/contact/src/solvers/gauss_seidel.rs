@@ -85,7 +85,11 @@ impl GroupSolver for GaussSeidel {
 
 /// One sweep over all contacts; returns the residual each contact had when it was visited.
 fn sweep(
-    group: &Group<'_>, locals: &[LocalContact], weights: &[f64], method: LocalMethod, r: &mut [Vec3],
+    group: &Group<'_>,
+    locals: &[LocalContact],
+    weights: &[f64],
+    method: LocalMethod,
+    r: &mut [Vec3],
 ) -> ResidualParts {
     let mut parts = ResidualParts::default();
     for k in 0..group.len() {

@@ -34,15 +34,83 @@ pub struct Attempt {
     pub damping: f64,
     /// Start from the impulses given (else from zero).
     pub warm: bool,
+    /// Hold De Saxcé's shift at its value of the last iterate instead of differentiating it: every step is then one of
+    /// a monotone problem, whose path has no folds, at the price of linear convergence in the shift.
+    pub lagged: bool,
 }
 
 /// The attempts in order.
-pub const ATTEMPTS: [Attempt; 5] = [
-    Attempt { friction_power: 0.5, neighbourhood: 2.0, by_largest: true, slip_smoothing: 0.1, equilibrate: true, damping: 1e-13, warm: true },
-    Attempt { friction_power: 1.0, neighbourhood: 2.0, by_largest: true, slip_smoothing: 0.1, equilibrate: false, damping: 1e-12, warm: false },
-    Attempt { friction_power: 1.0, neighbourhood: 0.5, by_largest: false, slip_smoothing: 0.1, equilibrate: false, damping: 1e-11, warm: false },
-    Attempt { friction_power: 0.0, neighbourhood: 3.0, by_largest: false, slip_smoothing: 1.0, equilibrate: true, damping: 1e-12, warm: false },
-    Attempt { friction_power: 0.5, neighbourhood: 10.0, by_largest: false, slip_smoothing: 0.01, equilibrate: false, damping: 1e-10, warm: true },
+pub const ATTEMPTS: [Attempt; 7] = [
+    Attempt {
+        friction_power: 1.0,
+        neighbourhood: 0.5,
+        by_largest: true,
+        slip_smoothing: 0.03,
+        equilibrate: false,
+        damping: 1e-13,
+        warm: true,
+        lagged: false,
+    },
+    Attempt {
+        friction_power: 0.5,
+        neighbourhood: 0.5,
+        by_largest: true,
+        slip_smoothing: 0.03,
+        equilibrate: true,
+        damping: 1e-13,
+        warm: false,
+        lagged: false,
+    },
+    Attempt {
+        friction_power: 0.7,
+        neighbourhood: 0.35,
+        by_largest: true,
+        slip_smoothing: 0.05,
+        equilibrate: false,
+        damping: 1e-12,
+        warm: false,
+        lagged: false,
+    },
+    Attempt {
+        friction_power: 1.0,
+        neighbourhood: 0.25,
+        by_largest: true,
+        slip_smoothing: 0.01,
+        equilibrate: true,
+        damping: 1e-12,
+        warm: false,
+        lagged: false,
+    },
+    Attempt {
+        friction_power: 0.5,
+        neighbourhood: 2.0,
+        by_largest: false,
+        slip_smoothing: 0.1,
+        equilibrate: true,
+        damping: 1e-13,
+        warm: false,
+        lagged: true,
+    },
+    Attempt {
+        friction_power: 0.5,
+        neighbourhood: 1.0,
+        by_largest: true,
+        slip_smoothing: 0.1,
+        equilibrate: true,
+        damping: 1e-13,
+        warm: true,
+        lagged: false,
+    },
+    Attempt {
+        friction_power: 0.0,
+        neighbourhood: 5.0,
+        by_largest: false,
+        slip_smoothing: 0.3,
+        equilibrate: false,
+        damping: 1e-11,
+        warm: false,
+        lagged: false,
+    },
 ];
 
 /// The Newton solver with its limits.
@@ -78,7 +146,8 @@ impl GroupSolver for Newton<'_> {
             let mut lu = BlockLu::new(&elimination);
             for attempt in self.attempts {
                 let start = best.r.clone();
-                let (s, i) = path::follow(group, &elimination, &mut lu, attempt, &start, self.max_iterations, &mut best);
+                let (s, i) =
+                    path::follow(group, &elimination, &mut lu, attempt, &start, self.max_iterations, &mut best);
                 status = s;
                 iterations += i;
                 if best.residual <= group.tolerance {

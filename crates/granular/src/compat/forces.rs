@@ -33,6 +33,11 @@ impl DirectedSample {
         }
     }
 
+    /// Drops the lists of possible partners.
+    pub fn forget_candidates(&mut self) {
+        self.candidates.valid = false;
+    }
+
     fn refresh_candidates(&mut self) {
         let c = &self.candidates;
         let g = &self.grains;

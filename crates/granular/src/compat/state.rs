@@ -147,6 +147,15 @@ impl DirectedSample {
         }
     }
 
+    /// Longest permanent link along either axis over half of the box [-]; at 1 its nearest image becomes ambiguous (fault F15).
+    pub fn longest_link(&self) -> f64 {
+        let g = &self.grains;
+        self.links().into_iter().fold(0.0, |most: f64, [i, j]| {
+            let ([dx, dy], ..) = self.cell.nearest(g.x[j] - g.x[i], g.y[j] - g.y[i]);
+            most.max(2.0 * dx.abs() / self.cell.width).max(2.0 * dy.abs() / self.cell.height)
+        })
+    }
+
     /// Permanent links, each once with `first < second`, in list order.
     pub fn links(&self) -> Vec<[usize; 2]> {
         let mut links = Vec::new();

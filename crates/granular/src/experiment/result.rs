@@ -5,7 +5,7 @@ use super::rheometer::{Rheometer, SampleFacts, Signal};
 use super::settings::Experiment;
 use crate::demodulation::{Demodulation, Drift, Window, demodulate};
 use crate::error::GranularError;
-use crate::model::Mode;
+use crate::model::{Dimension, Mode};
 use serde::{Deserialize, Serialize};
 
 /// Which shear stress is evaluated.
@@ -206,6 +206,7 @@ impl Rheometer {
         });
         let extra_steps = match &self.assembly {
             crate::assembly::Assembly::Undirected(s) => s.counters().1,
+            crate::assembly::Assembly::Spheres(s) => s.extra_steps,
             crate::assembly::Assembly::Directed(_) => 0,
         };
         Ok(Summary {
@@ -272,9 +273,22 @@ impl Rheometer {
             result.gates.push(Gate::new("two measures", (surface / overall - 1.0).abs(), 0.1, 0.3));
             result.gates.push(Gate::new("drift", d.drift.abs() * duration / expected, 0.1, 0.5));
         }
+        if let Drive::Oscillation { waves, .. } = &segment.drive {
+            let fastest = waves.iter().fold(0.0f64, |m, w| m.max(w.frequency));
+            result.gates.push(Gate::new("steps per period", 100.0 * fastest * segment.dt, 1.0, 3.0));
+        }
+        if let crate::assembly::Assembly::Directed(s) = &self.assembly {
+            // Beyond half of the box the nearest image of the partner is another grain's place.
+            result.gates.push(Gate::new("link length", s.longest_link(), 0.8, 0.99));
+        }
         let fastest = signal.rate.iter().fold(0.0f64, |m, r| m.max(r.abs()));
-        // Mass in kg/m over pressure in Pa gives s².
-        let inertia = fastest * (self.settings.model.constants().mass * 1e-6 / result.pressure.abs().max(1e-9)).sqrt();
+        // Mass in kg/m over pressure in Pa gives s²; of spheres the mass per diameter.
+        let c = self.settings.model.constants();
+        let per_depth = match self.settings.model.dimension {
+            Dimension::Two => c.mass * 1e-6,
+            Dimension::Three => c.mass * 1e-6 / (2.0 * c.mean_radius * 1e-6),
+        };
+        let inertia = fastest * (per_depth / result.pressure.abs().max(1e-9)).sqrt();
         result.gates.push(Gate::new("inertia number", inertia, 0.1, 1.0));
         result.gates.push(Gate::new("stress identities", self.worst_identity, 1e-9, 1e-6));
         if matches!(self.settings.experiment, Experiment::Creep { .. }) {

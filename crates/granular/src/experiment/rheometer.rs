@@ -5,11 +5,12 @@ use super::settings::MicrogelSettings;
 use crate::assembly::{Assembly, Plates};
 use crate::cell::Cell;
 use crate::error::GranularError;
-use crate::model::{ContactKind, Mode};
+use crate::model::{ContactKind, Dimension, Mode};
 use crate::preparation::links::{direct_links, join_isolated, particles, remove_links, tallest};
 use crate::preparation::schedule::{Operation, preparation, step_sizes};
 use crate::preparation::{Cut, cut_into_particles, random_packing};
 use crate::random::Random;
+use crate::spheres::{SphereSample, random_balls};
 use crate::stress::Row;
 use serde::{Deserialize, Serialize};
 
@@ -99,6 +100,9 @@ impl Rheometer {
     pub fn new(settings: &MicrogelSettings) -> Result<Self, GranularError> {
         settings.check()?;
         let mut random = Random::new(settings.seed);
+        if settings.model.dimension == Dimension::Three {
+            return Self::of_spheres(settings, random);
+        }
         let grains = random_packing(&settings.model, settings.mode, &mut random);
         let mut cell = Cell::new(settings.model.width, settings.model.height);
         cell.boundary = settings.boundary;
@@ -106,6 +110,17 @@ impl Rheometer {
         let packing = grains.packing(cell.area());
         let assembly = Assembly::new(settings.mode, &grains, cell, model, settings.rules, settings.seed)?;
         Self::with_assembly(settings, assembly, random, packing)
+    }
+
+    fn of_spheres(settings: &MicrogelSettings, mut random: Random) -> Result<Self, GranularError> {
+        let m = &settings.model;
+        let balls = random_balls(m, &mut random);
+        let mut cell = Cell::new(m.width, m.height);
+        cell.boundary = settings.boundary;
+        let volume = |r: f64| 4.0 / 3.0 * std::f64::consts::PI * r * r * r;
+        let packing = balls.iter().map(|b| volume(b.radius)).sum::<f64>() / (cell.area() * m.depth());
+        let sample = SphereSample::new(balls, cell, m.depth(), m.contact_model(), settings.rules)?;
+        Self::with_assembly(settings, Assembly::Spheres(Box::new(sample)), random, packing)
     }
 
     fn with_assembly(
@@ -340,6 +355,15 @@ impl Rheometer {
     fn count_particles(&mut self) {
         self.facts.links = self.assembly.links().len();
         self.facts.particles = particles(self.assembly.len(), &direct_links(&self.assembly)).1;
+    }
+
+    /// Drops the lists of possible partners, so that the next step searches all pairs anew; changes cost, not results.
+    pub fn forget_candidates(&mut self) {
+        match &mut self.assembly {
+            Assembly::Directed(s) => s.forget_candidates(),
+            Assembly::Undirected(s) => s.valid = false,
+            Assembly::Spheres(s) => s.valid = false,
+        }
     }
 
     /// Contacts per grain, links included.

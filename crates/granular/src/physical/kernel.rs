@@ -64,7 +64,7 @@ pub(super) struct PairSums {
     pub virial: Tensor2,
     pub internal_torque: f64,
     pub all_torque: f64,
-    /// Largest `stiffness (1/m_i + 1/m_j)` [1/s²].
+    /// Largest `stiffness (1/m_i + 1/m_j)` or square of `viscosity (1/m_i + 1/m_j)` [1/s²].
     pub stiffest: f64,
     pub contacts: u32,
     pub slipping: u32,
@@ -136,7 +136,7 @@ impl<L: Compression> Frame<'_, L> {
                 spring += before * self.dt;
             }
             let viscous_slide = if d < touch { m.tangential_viscosity * slide } else { 0.0 };
-            let (central, stiffness, tangential);
+            let (central, stiffness, tangential, shear_stiffness, dashpot);
             if permanent {
                 let rest = rests[k];
                 let [elastic, s] = if d > rest {
@@ -146,12 +146,16 @@ impl<L: Compression> Frame<'_, L> {
                 };
                 central = elastic * fc + m.viscosity * fv * normal_speed;
                 stiffness = s * fc;
+                shear_stiffness = m.tangential_spring * ft;
+                dashpot = (m.viscosity * fv).max(m.tangential_viscosity * ftv);
                 tangential = m.tangential_spring * ft * spring + viscous_slide * ftv;
             } else {
                 let [elastic, s] = self.law.force_and_stiffness(d, inverse, touch);
                 let total = elastic + m.viscosity * normal_speed;
                 central = if self.rules.viscous_attraction { total } else { total.min(0.0) };
                 stiffness = s;
+                shear_stiffness = m.tangential_spring;
+                dashpot = m.viscosity.max(m.tangential_viscosity);
                 let limit = m.friction * elastic.abs();
                 let trial = m.tangential_spring * spring + viscous_slide;
                 if trial.abs() > limit {
@@ -172,7 +176,10 @@ impl<L: Compression> Frame<'_, L> {
             }
             springs[k] = spring;
             sums.contacts += 1;
-            sums.stiffest = sums.stiffest.max(stiffness * (a.inverse_mass + b.inverse_mass));
+            // Springs oscillate at the root of this, dashpots decay at `rate`; both bound the step alike.
+            let inverse_masses = a.inverse_mass + b.inverse_mass;
+            let rate = dashpot * inverse_masses;
+            sums.stiffest = sums.stiffest.max((stiffness.max(shear_stiffness) * inverse_masses).max(rate * rate));
             let f = [central * n[0] + tangential * t[0], central * n[1] + tangential * t[1]];
             let torque = tangential * d;
             forces[k] = [f[0], f[1], tangential * share, 0.0];

@@ -5,6 +5,7 @@
 //! the result does not depend on the number of threads. Positions are wrapped only when the pair list is rebuilt; between
 //! rebuilds every pair keeps its image offset, so nothing jumps when a grain crosses an edge.
 
+mod flow;
 mod kernel;
 mod rebuild;
 mod rules;

@@ -68,7 +68,7 @@ impl Default for Rules {
             damp_to_flow_spin: true,
             guard: StepGuard::default(),
             guard_fraction: 0.25,
-            skin: 0.12,
+            skin: 0.2,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! One time step: pairs, then grains; stress of its beginning; guard against steps too large for the stiffest contact.
 
+use super::flow::FlowSums;
 use super::kernel::{Blend, Compression, Frame, General, PairSums};
 use super::rules::StepGuard;
 use super::state::{Body, Pair, Sample};
@@ -33,7 +34,7 @@ pub struct StepReport {
 #[derive(Debug, Clone, Copy, Default)]
 struct GrainSums {
     linear: Tensor2,
-    otsuki: Tensor2,
+    flow: FlowSums,
     wall_external: Tensor2,
     wall_virial: Tensor2,
     torque: f64,
@@ -49,7 +50,7 @@ struct GrainSums {
 impl GrainSums {
     fn add(&mut self, o: &Self) {
         self.linear += o.linear;
-        self.otsuki += o.otsuki;
+        self.flow.add(&o.flow);
         self.wall_external += o.wall_external;
         self.wall_virial += o.wall_virial;
         self.torque += o.torque;
@@ -265,7 +266,7 @@ impl Sample {
                 if free {
                     sums.linear += Tensor2::dyad([fx, fy], arm);
                     sums.spin += spin;
-                    sums.otsuki += Tensor2::dyad(v.map(|c| -mass * c), v);
+                    sums.flow.grain(mass, arm, v);
                     g.vx += fx * g.inverse_mass * h;
                     g.vy += fy * g.inverse_mass * h;
                     g.omega += torque * g.inverse_inertia * h;
@@ -324,7 +325,7 @@ impl Sample {
             love_weber: pairs.love_weber * scale,
             external: (pairs.external + grains.wall_external) * scale,
             linear: grains.linear * scale,
-            otsuki: grains.otsuki * scale,
+            otsuki: grains.flow.fluctuation() * -scale,
             torque: Tensor2::torque(grains.torque * scale),
             internal_torque: Tensor2::torque(pairs.internal_torque * scale),
             centrifugal: Tensor2::isotropic(-grains.spin * scale),

@@ -70,6 +70,9 @@ fn cut_line(assembly: &mut Assembly, point: [f64; 2], normal: [f64; 2]) {
 
 /// Number of the nearest point for each grain; ties go to the first point.
 fn voronoi(assembly: &Assembly, points: usize, fuzziness: f64, random: &mut Random) -> Vec<u32> {
+    if let Assembly::Spheres(s) = assembly {
+        return voronoi_of_spheres(s, points, fuzziness, random);
+    }
     let (grains, cell) = (assembly.grains(), *assembly.cell());
     let sites: Vec<[f64; 2]> =
         (0..points).map(|_| [random.uniform() * cell.width, random.uniform() * cell.height]).collect();
@@ -84,6 +87,37 @@ fn voronoi(assembly: &Assembly, points: usize, fuzziness: f64, random: &mut Rand
                 let ([dx, dy], ..) = cell.nearest(s[0] - grains.x[i], s[1] - grains.y[i]);
                 let noise = if fuzziness > 0.0 { fuzziness * random.uniform() * largest } else { 0.0 };
                 let distance = (dx * dx + dy * dy).sqrt() + noise;
+                if distance < best.0 {
+                    best = (distance, k as u32);
+                }
+            }
+            best.1
+        })
+        .collect()
+}
+
+/// Nearest point in space for each sphere.
+fn voronoi_of_spheres(
+    s: &crate::spheres::SphereSample,
+    points: usize,
+    fuzziness: f64,
+    random: &mut Random,
+) -> Vec<u32> {
+    let (cell, depth) = (s.cell, s.depth());
+    let sites: Vec<[f64; 3]> = (0..points)
+        .map(|_| [random.uniform() * cell.width, random.uniform() * cell.height, random.uniform() * depth])
+        .collect();
+    let largest = s.balls().iter().fold(0.0f64, |m, b| m.max(b.radius));
+    s.balls()
+        .iter()
+        .map(|b| {
+            let mut best = (f64::MAX, 0);
+            for (k, site) in sites.iter().enumerate() {
+                let ([dx, dy], ..) = cell.nearest(site[0] - b.position[0], site[1] - b.position[1]);
+                let z = site[2] - b.position[2];
+                let dz = z - (z / depth).round() * depth;
+                let noise = if fuzziness > 0.0 { fuzziness * random.uniform() * largest } else { 0.0 };
+                let distance = (dx * dx + dy * dy + dz * dz).sqrt() + noise;
                 if distance < best.0 {
                     best = (distance, k as u32);
                 }

@@ -60,6 +60,10 @@ fn direct(grains: &Grains, width: f64, height: f64, [i, j]: [usize; 2]) -> bool 
 
 /// Links that do not reach across an edge; particles are connected by these alone.
 pub fn direct_links(assembly: &Assembly) -> Vec<[usize; 2]> {
+    if let Assembly::Spheres(s) = assembly {
+        let inside = |p: &&crate::spheres::SpherePair| p.kind == ContactKind::Permanent && p.image == [0; 3];
+        return s.pairs().iter().filter(inside).map(|p| [p.i as usize, p.j as usize]).collect();
+    }
     let (grains, cell) = (assembly.grains(), assembly.cell());
     assembly.links().into_iter().filter(|&l| direct(&grains, cell.width, cell.height, l)).collect()
 }
@@ -206,7 +210,7 @@ pub fn remove_links(assembly: &mut Assembly, fraction: f64, random: &mut Random)
     }
     let removed = match assembly {
         Assembly::Directed(_) => remove_by_trial(assembly, fraction, random),
-        Assembly::Undirected(_) => {
+        Assembly::Undirected(_) | Assembly::Spheres(_) => {
             let chosen = choose_removable(assembly.len(), &links, fraction, random);
             for &[i, j] in &chosen {
                 assembly.cut(i, j);

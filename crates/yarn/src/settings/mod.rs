@@ -5,7 +5,8 @@ mod loads;
 mod material;
 mod step;
 
-pub use boundary::{Drive, DomainSettings, ObstacleSettings, Pin, PinPlace, WallKind, WallSettings};
+pub use boundary::{DomainSettings, Drive, ObstacleSettings, Pin, PinPlace, WallKind, WallSettings};
+pub(crate) use loads::{AttractorSample, gravity};
 pub use loads::{AttractorSettings, Interpolation, PathSettings};
 pub use material::{Bending, ContactModuli, YarnMaterial};
 pub use step::{ImplicitSettings, Integrator, OversizedStep, StepSettings};

@@ -125,7 +125,7 @@ impl Batch {
             Err(error) => return row("bad input", first_line(&error.to_string()), folder),
         };
         let same_scene = read_json(&folder.join("provenance.json"))
-            .is_ok_and(|provenance| provenance["scene_hash"] == Value::from(loaded.hash_text()));
+            .is_ok_and(|provenance| provenance["scene_hash"] == Value::from(loaded.hash.clone()));
         let status = read_json(&folder.join("summary.json")).ok().map(|summary| summary["status"].clone());
         if same_scene && status == Some(Value::from("completed")) {
             return row("kept", "completed before".into(), folder);

@@ -7,14 +7,23 @@ use crate::solvers::ordering::Elimination;
 use numerics::Status;
 
 /// Factors by which `μ` may change in one step, smallest first; those above one step back to where the path is smoother.
-const FACTORS: [f64; 11] = [1e-3, 1e-2, 0.05, 0.15, 0.35, 0.6, 0.8, 1.0, 2.0, 5.0, 20.0];
+const FACTORS: [f64; 13] = [1e-3, 1e-2, 0.05, 0.15, 0.35, 0.6, 0.8, 0.92, 0.98, 1.0, 2.0, 5.0, 20.0];
+/// Short damped steps in a row after which `μ` is raised by [`RAISE`]: the path bends too much here to be followed closely.
+const SHORT: usize = 2;
+/// Factor of that raise.
+const RAISE: f64 = 3.0;
 /// Iterations without a tenth of progress after which an attempt is given up.
 const PATIENCE: usize = 18;
 
 /// Runs one attempt; every iterate is offered to `best`.
 pub(super) fn follow(
-    group: &Group<'_>, elimination: &Elimination, lu: &mut BlockLu, attempt: &Attempt, start: &[Vec3],
-    max_iterations: usize, best: &mut Best,
+    group: &Group<'_>,
+    elimination: &Elimination,
+    lu: &mut BlockLu,
+    attempt: &Attempt,
+    start: &[Vec3],
+    max_iterations: usize,
+    best: &mut Best,
 ) -> (Status, usize) {
     let n = group.len();
     let mut system = System::new(group, elimination, lu, attempt);
@@ -39,6 +48,7 @@ pub(super) fn follow(
         largest.clamp(1e-9, 1.0)
     };
     let mut factor = 4usize;
+    let mut short_steps = 0;
     let mut mark = (f64::INFINITY, 0usize);
     for iteration in 0..=max_iterations {
         system.w.apply(&r, &system.q, &mut u);
@@ -63,6 +73,7 @@ pub(super) fn follow(
         if iteration == max_iterations {
             break;
         }
+        system.hold(&u);
         system.linearise(&r, &u, mu, &mut f, &mut by_mu);
         system.assemble(lu);
         if !lu.factor() {
@@ -137,7 +148,8 @@ pub(super) fn follow(
                 }
             }
             mu = next;
-            factor = i.min(6);
+            factor = i.min(8);
+            short_steps = 0;
             continue;
         }
         // nothing stays near the path: damped corrector at the present μ
@@ -153,8 +165,10 @@ pub(super) fn follow(
                 r[p][c] += alpha * corrector[p][c];
             }
         }
-        if alpha < 1e-3 {
-            mu *= 2.0;
+        short_steps = if alpha < 0.3 { short_steps + 1 } else { 0 };
+        if alpha < 1e-3 || short_steps >= SHORT {
+            mu *= RAISE;
+            short_steps = 0;
         }
     }
     (Status::MaxIterations, max_iterations)

@@ -34,6 +34,8 @@ pub(super) struct System<'a> {
     ty: Vec<[f64; 2]>,
     slip_smoothing: f64,
     damping: f64,
+    /// De Saxcé's shift held fixed, where the attempt lags it.
+    held: Option<Vec<f64>>,
     by_x: Vec<Block>,
     by_u: Vec<Block>,
 }
@@ -112,8 +114,18 @@ impl<'a> System<'a> {
             ty,
             slip_smoothing: attempt.slip_smoothing,
             damping: attempt.damping,
+            held: attempt.lagged.then(|| vec![0.0; n]),
             by_x: vec![ZERO; n],
             by_u: vec![ZERO; n],
+        }
+    }
+
+    /// Takes the shift from the velocities given, where the attempt lags it.
+    pub fn hold(&mut self, u: &[Vec3]) {
+        if let Some(h) = &mut self.held {
+            for (h, u) in h.iter_mut().zip(u) {
+                *h = (u[1] * u[1] + u[2] * u[2]).sqrt();
+            }
         }
     }
 
@@ -145,12 +157,11 @@ impl<'a> System<'a> {
     fn pair(&self, p: usize, r: &Vec3, u: &Vec3, mu: f64) -> (Vec3, Vec3, f64) {
         let (tx, ty) = (&self.tx[p], &self.ty[p]);
         let e = self.slip_smoothing * mu;
-        let slip = (u[1] * u[1] + u[2] * u[2] + e * e).sqrt();
-        (
-            [tx[0] * r[0], tx[1] * r[1], tx[1] * r[2]],
-            [ty[0] * u[0] + ty[1] * slip, ty[1] * u[1], ty[1] * u[2]],
-            slip,
-        )
+        let slip = match &self.held {
+            Some(h) => h[p],
+            None => (u[1] * u[1] + u[2] * u[2] + e * e).sqrt(),
+        };
+        ([tx[0] * r[0], tx[1] * r[1], tx[1] * r[2]], [ty[0] * u[0] + ty[1] * slip, ty[1] * u[1], ty[1] * u[2]], slip)
     }
 
     /// The equation of contact `p`.
@@ -179,9 +190,10 @@ impl<'a> System<'a> {
                     let l = linearise(&x, &y, mu * mu);
                     f[p] = l.value;
                     let (tx, ty) = (self.tx[p], self.ty[p]);
-                    let g = if slip > 0.0 { [ty[1] * u[p][1] / slip, ty[1] * u[p][2] / slip] } else { [0.0; 2] };
+                    let free = self.held.is_none() && slip > 0.0;
+                    let g = if free { [ty[1] * u[p][1] / slip, ty[1] * u[p][2] / slip] } else { [0.0; 2] };
                     let s2 = self.slip_smoothing * self.slip_smoothing;
-                    let dslip = if slip > 0.0 { ty[1] * s2 / (2.0 * slip) } else { 0.0 };
+                    let dslip = if free { ty[1] * s2 / (2.0 * slip) } else { 0.0 };
                     let (bx, by) = (&mut self.by_x[p], &mut self.by_u[p]);
                     for i in 0..3 {
                         bx[3 * i] = l.by_x[3 * i] * tx[0];

@@ -1,0 +1,210 @@
+//! A frame as tubes, balls and triangles in picture coordinates.
+
+use nalgebra::Vector3;
+
+use super::camera::{Camera, Projected, scalar};
+use super::color::{Color, ColorBy, colormap, linear, of_piece};
+use crate::record::frame::{FieldValues, Frame, Piece, Topology};
+
+/// A tube between two balls (or one ball), in supersampled pixels.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Capsule {
+    /// Ends: from left, from top.
+    pub ends: [[f32; 2]; 2],
+    /// Depth of the ends [m].
+    pub depth: [f32; 2],
+    /// Radii [pixels].
+    pub radius: [f32; 2],
+    /// Radius [m] at the first end, by which the middle of the tube rises towards the eye.
+    pub rise: f32,
+    /// Colours of the ends.
+    pub color: [Color; 2],
+    /// Share of the tube's true width when it is drawn wider than it is, so that thin hair stays visible but faint.
+    pub coverage: f32,
+}
+
+/// A triangle in supersampled pixels.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Triangle {
+    /// Corners: from left, from top.
+    pub corners: [[f32; 2]; 3],
+    /// Depth of the corners [m].
+    pub depth: [f32; 3],
+    /// Normals at the corners: right, up, towards the eye.
+    pub normals: [[f32; 3]; 3],
+    /// Colours of the corners.
+    pub color: [Color; 3],
+}
+
+/// Everything that is drawn.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Primitives {
+    pub capsules: Vec<Capsule>,
+    pub triangles: Vec<Triangle>,
+}
+
+/// Smallest radius drawn, as a share of the picture's height: hair is far thinner than a pixel and must still be seen.
+const MIN_RADIUS: f64 = 0.0016;
+/// How strongly the thinnest hair is drawn.
+const MIN_COVERAGE: f64 = 0.94;
+
+pub(super) fn collect(frame: &Frame, camera: &Camera, color: &ColorBy, factor: usize) -> Primitives {
+    let mut all = Primitives::default();
+    for piece in &frame.pieces {
+        let brush = Brush::new(piece, camera, color, factor);
+        match &piece.topology {
+            Topology::Points => (0..piece.positions.len()).for_each(|i| brush.tube(i, i, &mut all)),
+            Topology::Polylines { offsets } => {
+                for pair in offsets.windows(2) {
+                    let (first, end) = (pair[0] as usize, pair[1] as usize);
+                    (first + 1..end).for_each(|v| brush.tube(v - 1, v, &mut all));
+                    if end == first + 1 {
+                        brush.tube(first, first, &mut all);
+                    }
+                }
+            }
+            Topology::Segments(pairs) => pairs.iter().for_each(|p| brush.tube(p[0] as usize, p[1] as usize, &mut all)),
+            Topology::Triangles(triangles) => brush.mesh(triangles, &mut all),
+        }
+    }
+    all
+}
+
+/// Draws the points of one piece.
+struct Brush<'a> {
+    piece: &'a Piece,
+    camera: &'a Camera,
+    factor: f64,
+    colors: Vec<Color>,
+    radius: Option<&'a crate::record::frame::Field>,
+    default_radius: f64,
+    /// Smallest radius drawn [pixels of the finished picture].
+    thinnest: f64,
+}
+
+impl<'a> Brush<'a> {
+    fn new(piece: &'a Piece, camera: &'a Camera, color: &ColorBy, factor: usize) -> Brush<'a> {
+        let thin = match (piece.name.as_str(), &piece.topology) {
+            ("links", _) => 1.5e-3,
+            (_, Topology::Points) => 6e-3,
+            _ => 3e-3,
+        };
+        Brush {
+            piece,
+            camera,
+            factor: factor as f64,
+            colors: colors(piece, color),
+            radius: piece.point_field("radius"),
+            default_radius: thin * camera.reach,
+            thinnest: (MIN_RADIUS * camera.height as f64).max(0.7),
+        }
+    }
+
+    fn point(&self, i: usize) -> Option<(Vector3<f64>, Projected, f64)> {
+        let position = Vector3::from(*self.piece.positions.get(i)?);
+        let radius = self.radius.map_or(self.default_radius, |field| scalar(field, i));
+        let projected = self.camera.project(&position);
+        let sound =
+            position.iter().all(|x| x.is_finite()) && radius.is_finite() && projected.depth > self.camera.near_depth();
+        sound.then_some((position, projected, radius.max(0.0)))
+    }
+
+    fn tube(&self, i: usize, j: usize, all: &mut Primitives) {
+        let (Some(a), Some(b)) = (self.point(i), self.point(j)) else { return };
+        let true_radius = [a.2 * a.1.scale, b.2 * b.1.scale];
+        let radius = true_radius.map(|r| (r.max(self.thinnest) * self.factor) as f32);
+        let mean = 0.5 * (true_radius[0] + true_radius[1]);
+        let at = |p: &Projected| [(p.x * self.factor) as f32, (p.y * self.factor) as f32];
+        all.capsules.push(Capsule {
+            ends: [at(&a.1), at(&b.1)],
+            depth: [a.1.depth as f32, b.1.depth as f32],
+            radius,
+            rise: a.2.max(self.thinnest / a.1.scale) as f32,
+            color: [self.colors[i], self.colors[j]],
+            coverage: (mean / self.thinnest).clamp(MIN_COVERAGE, 1.0) as f32,
+        });
+    }
+
+    fn mesh(&self, triangles: &[[u32; 3]], all: &mut Primitives) {
+        let position = |v: u32| Vector3::from(self.piece.positions[v as usize]);
+        let face = |t: &[u32; 3]| (position(t[1]) - position(t[0])).cross(&(position(t[2]) - position(t[0])));
+        let mut vertex_normals = vec![Vector3::zeros(); self.piece.positions.len()];
+        for t in triangles {
+            let normal = face(t);
+            t.iter().for_each(|&v| vertex_normals[v as usize] += normal);
+        }
+        for t in triangles {
+            let Some(normal) = face(t).try_normalize(0.0) else { continue };
+            let mut corners = Vec::with_capacity(4);
+            for &v in t {
+                // Smooth over shallow edges, keep sharp ones.
+                let smooth =
+                    vertex_normals[v as usize].try_normalize(0.0).filter(|n| n.dot(&normal) > 0.75).unwrap_or(normal);
+                let seen = self.camera.axes.map(|axis| axis.dot(&smooth) as f32);
+                corners.push((position(v), seen, self.colors[v as usize]));
+            }
+            if corners.iter().any(|c| !c.0.iter().all(|x| x.is_finite())) {
+                continue;
+            }
+            let corners = self.clip(&corners);
+            for k in 2..corners.len() {
+                let three = [&corners[0], &corners[k - 1], &corners[k]];
+                let projected = three.map(|c| self.camera.project(&c.0));
+                all.triangles.push(Triangle {
+                    corners: projected.map(|p| [(p.x * self.factor) as f32, (p.y * self.factor) as f32]),
+                    depth: projected.map(|p| p.depth as f32),
+                    normals: three.map(|c| c.1),
+                    color: three.map(|c| c.2),
+                });
+            }
+        }
+    }
+
+    /// Cuts a polygon at the near plane, so that a floor may run past the eye.
+    fn clip(&self, polygon: &[(Vector3<f64>, [f32; 3], Color)]) -> Vec<(Vector3<f64>, [f32; 3], Color)> {
+        let near = self.camera.near_depth();
+        let inside = |p: &Vector3<f64>| self.camera.project(p).depth - near;
+        let mut kept = Vec::with_capacity(4);
+        for k in 0..polygon.len() {
+            let (a, b) = (&polygon[k], &polygon[(k + 1) % polygon.len()]);
+            let (da, db) = (inside(&a.0), inside(&b.0));
+            if da > 0.0 {
+                kept.push(*a);
+            }
+            if (da > 0.0) != (db > 0.0) {
+                kept.push((a.0 + (b.0 - a.0) * (da / (da - db)), a.1, a.2));
+            }
+        }
+        kept
+    }
+}
+
+fn colors(piece: &Piece, by: &ColorBy) -> Vec<Color> {
+    let n = piece.positions.len();
+    if let ColorBy::Field { name, low, high } = by {
+        let Some(field) = piece.point_field(name) else {
+            let grey = if piece.name == "solids" { of_piece("solids", 0, 1) } else { linear([150, 150, 155]) };
+            return vec![grey; n];
+        };
+        let width = if high > low { high - low } else { 1.0 };
+        return (0..n).map(|i| linear(colormap((scalar(field, i) - low) / width))).collect();
+    }
+    match &piece.topology {
+        Topology::Polylines { offsets } => {
+            let count = offsets.len().saturating_sub(1);
+            let mut colors = Vec::with_capacity(n);
+            for (line, pair) in offsets.windows(2).enumerate() {
+                colors.resize(pair[1] as usize, of_piece(&piece.name, line, count));
+            }
+            colors
+        }
+        Topology::Points => {
+            let id = |i: usize| match piece.point_field("id").map(|field| &field.values) {
+                Some(FieldValues::I64(ids)) => ids.get(i).map_or(i, |&id| id.unsigned_abs() as usize),
+                _ => i,
+            };
+            (0..n).map(|i| of_piece(&piece.name, id(i), n)).collect()
+        }
+        _ => vec![of_piece(&piece.name, 0, 1); n],
+    }
+}

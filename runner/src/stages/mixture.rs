@@ -1,0 +1,36 @@
+//! Stage 6, mixture: velocities of everything that moves.
+//!
+//! The steps of Algorithm 1 (spec 08) that exist so far, in its order: the rods' free solve (4); the rest joins here as it is built.
+
+use rods::{Loads, RodError};
+
+use super::Step;
+use crate::system::{Element, Rejection, RejectionReason};
+use crate::world::World;
+
+/// Solves for the velocities at the end of the step; nothing moves yet.
+pub fn run(world: &mut World, step: Step) -> Result<(), Rejection> {
+    let Some(strands) = &mut world.strands else { return Ok(()) };
+    let loads = Loads::gravity(world.gravity);
+    let rods = &world.state.rods;
+    strands.report =
+        strands.stepper.solve(rods, step.dt, &loads, &strands.boundary).map_err(|error| rejection(&error))?;
+    if let Some((strand, vertex, turn)) = strands.turned_too_far(rods, step.dt) {
+        let element = Some(Element::StrandVertex { strand, vertex });
+        let detail = format!("an edge turned by {turn:.2} rad, {:.2} are allowed", strands.turn_limit);
+        return Err(Rejection { stage: "mixture", reason: RejectionReason::TooLargeMotion, element, detail });
+    }
+    Ok(())
+}
+
+/// A rod error as a rejection that names its place.
+pub fn rejection(error: &RodError) -> Rejection {
+    let (reason, strand, vertex) = match error {
+        RodError::NotConverged { strand, vertex, .. } => (RejectionReason::NotConverged, Some(*strand), *vertex),
+        RodError::NonFinite { strand, vertex, .. } => (RejectionReason::NonFinite, Some(*strand), *vertex),
+        RodError::Folded { strand, vertex } => (RejectionReason::TooLargeMotion, Some(*strand), *vertex),
+        _ => (RejectionReason::Infeasible, None, 0),
+    };
+    let element = strand.map(|strand| Element::StrandVertex { strand, vertex });
+    Rejection { stage: "mixture", reason, element, detail: error.to_string() }
+}

@@ -1,0 +1,212 @@
+//! The world under the common stepper.
+
+use nalgebra::Vector3;
+use rods::{RodSet, StepReason};
+use serde_json::{Map, Value, json};
+
+use super::{Ledger, Reaction, StrandWorld, World, WorldState, measure};
+use crate::record::frame::Frame;
+use crate::stages::Step;
+use crate::system::{Column, Element, Rejection, RejectionReason, StateError, StepLimit, System};
+
+/// A held vertex may move this many shortest edges in one step before the step is called too long.
+const HELD_MOTION: f64 = 1.0;
+
+impl StrandWorld {
+    /// Gives held vertices that move from the start their velocity, so that the first step does not jerk.
+    pub(super) fn start_held_parts(&self, rods: &mut RodSet) {
+        for part in &self.held {
+            let (pose, field) = part.motion.evaluate(&part.center, 0.0);
+            for (vertex, position) in &part.vertices {
+                rods.velocity[*vertex] = field.at(&pose.apply(position));
+            }
+        }
+    }
+
+    /// The strand and vertex whose edge turns by more than the limit in the solved step, with the turn [rad].
+    ///
+    /// The turn of an edge is bounded by the difference of its ends' motions across it over its length.
+    pub fn turned_too_far(&mut self, rods: &RodSet, dt: f64) -> Option<(usize, usize, f64)> {
+        if !self.turn_limit.is_finite() {
+            return None;
+        }
+        self.stepper.velocities_into(rods, &mut self.velocities);
+        let (velocity, limit) = (&self.velocities, self.turn_limit);
+        (0..rods.strand_count()).find_map(|strand| {
+            let range = rods.vertices(strand);
+            let turned = |i: &usize| {
+                let edge = rods.position[i + 1] - rods.position[*i];
+                let moved = (velocity[i + 1] - velocity[*i]) * dt;
+                let length = edge.norm();
+                (moved - edge * (moved.dot(&edge) / (length * length))).norm() / length
+            };
+            (range.start..range.end - 1).map(|i| (i, turned(&i))).find(|(_, turn)| *turn > limit).map(|(i, turn)| {
+                let (_, vertex) = rods.locate_vertex(i);
+                (strand, vertex, turn)
+            })
+        })
+    }
+
+    /// Books forces of the clamps and impulses from outside for the step just solved; called before it is accepted.
+    pub fn book(&mut self, rods: &RodSet, gravity: &Vector3<f64>, step: Step, ledger: &mut Ledger) {
+        let mut sum = Vector3::zeros();
+        for (part, reaction) in self.held.iter().zip(&mut self.reactions) {
+            *reaction = Reaction::default();
+            let center = part.motion.pose(&part.center, step.time + step.dt).apply(&part.center);
+            for (vertex, _) in &part.vertices {
+                let force = self.stepper.reaction_force(rods, *vertex);
+                reaction.force += force;
+                reaction.torque += (rods.position[*vertex] - center).cross(&force);
+            }
+            let first = rods.edges(part.strand).start;
+            for (edge, _) in &part.edges {
+                let tangent = rods.tangent(part.strand, edge - first).0;
+                reaction.torque += tangent * self.stepper.reaction_torque(rods, *edge);
+            }
+            sum += reaction.force;
+        }
+        if measure::keeps_momentum_ledger(self) {
+            let mut moving = Vec::new();
+            if rods.material.iter().any(|material| material.air_drag > 0.0) {
+                self.stepper.velocities_into(rods, &mut moving);
+            }
+            let (impulse, scale) = measure::outside_impulse(rods, &moving, gravity, &sum, step.dt);
+            ledger.impulse += impulse;
+            ledger.impulse_scale += scale;
+        }
+    }
+}
+
+impl WorldState {
+    /// Copies everything that a step changes, into memory that is there already.
+    fn copy_from(&mut self, other: &WorldState) {
+        let (to, from) = (&mut self.rods, &other.rods);
+        to.position.clone_from(&from.position);
+        to.velocity.clone_from(&from.velocity);
+        to.twist_angle.clone_from(&from.twist_angle);
+        to.twist_rate.clone_from(&from.twist_rate);
+        to.reference_director.clone_from(&from.reference_director);
+        to.reference_twist.clone_from(&from.reference_twist);
+        to.history.clone_from(&from.history);
+        self.ledger = other.ledger;
+    }
+}
+
+impl System for World {
+    fn kind(&self) -> &'static str {
+        "strands"
+    }
+
+    fn columns(&self) -> Vec<Column> {
+        let mut columns = Vec::new();
+        measure::columns(self, &mut columns);
+        columns
+    }
+
+    fn row(&self, out: &mut Vec<f64>) {
+        measure::row(self, out);
+    }
+
+    fn step_limits(&self) -> Vec<StepLimit> {
+        let mut limits = Vec::new();
+        let Some(strands) = &self.strands else { return limits };
+        let rods = &self.state.rods;
+        let turn = strands.stepper.step_limit(rods);
+        if let StepReason::Turn { .. } = turn.reason {
+            limits.push(StepLimit { seconds: turn.seconds, reason: "rods: turn of an edge" });
+        }
+        let mut held = f64::INFINITY;
+        for part in &strands.held {
+            let speed = part.speed(self.time);
+            if speed > 0.0 {
+                let edges = rods.edges(part.strand);
+                let shortest = rods.rest_length[edges].iter().copied().fold(f64::INFINITY, f64::min);
+                held = held.min(HELD_MOTION * shortest / speed);
+            }
+        }
+        if held.is_finite() {
+            limits.push(StepLimit { seconds: held, reason: "rods: motion of a clamp" });
+        }
+        limits
+    }
+
+    fn snapshot(&mut self) {
+        self.kept.copy_from(&self.state);
+    }
+
+    fn restore(&mut self) {
+        self.state.copy_from(&self.kept);
+    }
+
+    fn advance(&mut self, time: f64, dt: f64) -> Result<(), Rejection> {
+        self.time = time;
+        self.run_stages(Step { time, dt })?;
+        self.time = time + dt;
+        self.refuse_non_finite()
+    }
+
+    fn iterations(&self) -> usize {
+        self.strands.as_ref().map_or(0, |strands| strands.report.total_iterations)
+    }
+
+    fn stage_seconds(&self) -> Vec<(&'static str, f64)> {
+        self.stages.iter().map(|stage| stage.name).zip(self.seconds.iter().copied()).collect()
+    }
+
+    fn frame(&self, step: u64, time: f64) -> Frame {
+        super::picture::frame(self, step, time)
+    }
+
+    fn save(&self) -> Result<Vec<u8>, StateError> {
+        postcard::to_stdvec(&(self.time, &self.state)).map_err(StateError::from_display)
+    }
+
+    fn load(&mut self, bytes: &[u8]) -> Result<(), StateError> {
+        let (time, state): (f64, WorldState) = postcard::from_bytes(bytes).map_err(StateError::from_display)?;
+        if state.rods.first_vertex != self.state.rods.first_vertex {
+            let (saved, here) = (state.rods.strand_count(), self.state.rods.strand_count());
+            return Err(StateError(format!(
+                "it holds {saved} strands with other vertices than the {here} of the scene"
+            )));
+        }
+        // what the scene says about the strands holds, also for a branch that changes it; what moved is taken over
+        self.state.copy_from(&state);
+        self.kept = self.state.clone();
+        self.time = time;
+        Ok(())
+    }
+
+    fn summary(&self) -> Map<String, Value> {
+        let mut summary = Map::new();
+        let rods = &self.state.rods;
+        if let Some(strands) = &self.strands {
+            let momentum = rods.momentum(&rods::Loads::gravity(self.gravity));
+            let energy = rods.energy(&rods::Loads::gravity(self.gravity));
+            summary.insert("strands".into(), json!(rods.strand_count()));
+            summary.insert("vertices".into(), json!(rods.vertex_count()));
+            summary.insert("strand_mass".into(), json!(momentum.mass));
+            // the mass of a dry strand is a property of its scene: there is nothing it could lose
+            summary.insert("mass_defect".into(), json!(0.0));
+            if measure::keeps_momentum_ledger(strands) {
+                let defect = measure::momentum_defect(self, &momentum.linear);
+                summary.insert("momentum_defect".into(), json!(defect));
+            }
+            summary.insert("kinetic_energy".into(), json!(energy.kinetic));
+            summary.insert("total_energy".into(), json!(energy.total()));
+        }
+        summary
+    }
+}
+
+impl World {
+    fn refuse_non_finite(&self) -> Result<(), Rejection> {
+        let rods = &self.state.rods;
+        let bad = |v: &Vector3<f64>| !v.iter().all(|x| x.is_finite());
+        let place = rods.position.iter().position(bad).or_else(|| rods.velocity.iter().position(bad));
+        let Some(place) = place else { return Ok(()) };
+        let (strand, vertex) = rods.locate_vertex(place);
+        let element = Some(Element::StrandVertex { strand, vertex });
+        let detail = "after the step".to_owned();
+        Err(Rejection { stage: "advect", reason: RejectionReason::NonFinite, element, detail })
+    }
+}

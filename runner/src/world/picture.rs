@@ -1,0 +1,90 @@
+//! What the world looks like: strands as lines with their fields, solids as meshes.
+
+use super::World;
+use crate::record::frame::{Field, Frame, Piece, Topology};
+
+/// Facets around a round solid in pictures.
+const SOLID_SEGMENTS: usize = 48;
+
+/// The visible state.
+#[must_use]
+pub fn frame(world: &World, step: u64, time: f64) -> Frame {
+    let mut pieces = Vec::new();
+    if world.strands.is_some() {
+        pieces.push(strands(world));
+    }
+    if !world.solids.is_empty() {
+        pieces.push(solids(world, time));
+    }
+    Frame { time, step, pieces }
+}
+
+fn strands(world: &World) -> Piece {
+    let rods = &world.state.rods;
+    let count = rods.strand_count();
+    let offsets = rods.first_vertex.iter().map(|first| *first as u32).collect();
+    let positions: Vec<[f64; 3]> = rods.position.iter().map(|x| [x.x, x.y, x.z]).collect();
+    let velocity: Vec<[f64; 3]> = rods.velocity.iter().map(|v| [v.x, v.y, v.z]).collect();
+    let (mut curvature, mut twist, mut tension) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut strand_of, mut director) = (Vec::new(), Vec::new());
+    for strand in 0..count {
+        curvature.extend(rods.curvature(strand));
+        twist.extend(rods.twist(strand));
+        // a vertex shows the mean tension of its edges
+        let edges = rods.tension(strand);
+        let last = edges.len() - 1;
+        tension.extend((0..=edges.len()).map(|i| 0.5 * (edges[i.saturating_sub(1)] + edges[i.min(last)])));
+        strand_of.extend(rods.vertices(strand).map(|_| strand as i64));
+        for i in 0..rods.vertices(strand).len() {
+            let m = rods.material_directors(strand, i.min(last)).0;
+            director.push([m.x, m.y, m.z]);
+        }
+    }
+    Piece {
+        name: "strands".to_owned(),
+        topology: Topology::Polylines { offsets },
+        positions,
+        point_fields: vec![
+            Field::integer("id", (0..rods.vertex_count() as i64).collect()),
+            Field::integer("strand", strand_of),
+            Field::scalar("radius", rods.radius.iter().map(|r| r[0]).collect()),
+            Field::vector("velocity", &velocity),
+            Field::scalar("curvature", curvature),
+            Field::scalar("twist", twist),
+            Field::scalar("tension", tension),
+            Field::vector("director", &director),
+        ],
+        cell_fields: vec![Field::integer("strand_id", (0..count as i64).collect())],
+    }
+}
+
+fn solids(world: &World, time: f64) -> Piece {
+    let extent = extent(world);
+    let (mut positions, mut triangles, mut of) = (Vec::new(), Vec::new(), Vec::new());
+    for (index, solid) in world.solids.iter().enumerate() {
+        let mesh = solid.solid.at(time).tessellate(SOLID_SEGMENTS, extent);
+        let first = positions.len() as u32;
+        positions.extend(mesh.positions.iter().map(|x| [x.x, x.y, x.z]));
+        of.extend(mesh.triangles.iter().map(|_| index as i64));
+        triangles.extend(mesh.triangles.iter().map(|t| t.map(|corner| corner + first)));
+    }
+    Piece {
+        name: "solids".to_owned(),
+        topology: Topology::Triangles(triangles),
+        positions,
+        point_fields: Vec::new(),
+        cell_fields: vec![Field::integer("solid", of)],
+    }
+}
+
+/// Half width of endless solids in pictures: the size of everything else.
+fn extent(world: &World) -> f64 {
+    let mut low = nalgebra::Vector3::repeat(f64::INFINITY);
+    let mut high = -low;
+    for x in &world.state.rods.position {
+        low = low.inf(x);
+        high = high.sup(x);
+    }
+    let size = (high - low).norm();
+    if size.is_finite() && size > 0.0 { size } else { 1.0 }
+}

@@ -103,9 +103,8 @@ pub fn solve_problem(problem: &ContactProblem, name: &str, settings: &ContactSet
     let begin = Instant::now();
     let Solution { impulses, velocities, report, .. } = solve(problem, None, settings);
     let seconds = begin.elapsed().as_secs_f64();
-    let shifted: Vec<_> = (0..problem.len())
-        .map(|k| [impulses[k][0] + problem.cohesion_of(k), impulses[k][1], impulses[k][2]])
-        .collect();
+    let shifted: Vec<_> =
+        (0..problem.len()).map(|k| [impulses[k][0] + problem.cohesion_of(k), impulses[k][1], impulses[k][2]]).collect();
     let q = problem.shifted_velocity();
     let checked = residual(&problem.delassus, &q, &problem.friction, &shifted, settings.scaling);
     let d = problem.dimension;

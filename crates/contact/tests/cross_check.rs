@@ -116,7 +116,8 @@ fn the_convex_model_lifts_and_exact_coulomb_does_not() {
 fn unsymmetric_problems_are_refused() {
     let mut b = contact::block::IDENTITY;
     b[1] = 0.01;
-    let p = ContactProblem::new(BlockMatrix::from_triplets(1, &[(0, 0, b)]), vec![[-1.0, 0.5, 0.0]], vec![0.3]).unwrap();
+    let p =
+        ContactProblem::new(BlockMatrix::from_triplets(1, &[(0, 0, b)]), vec![[-1.0, 0.5, 0.0]], vec![0.3]).unwrap();
     let e = cross_check(&p, &OracleSettings::default()).unwrap_err();
     assert!(e.to_string().contains("not symmetric"), "{e}");
 }

@@ -68,7 +68,12 @@ pub struct ContactSystem {
 /// # Errors
 /// If a contact lies outside its strand or a number is not finite.
 pub fn assemble<D: InverseDynamics>(
-    contacts: &[PosedContact], dynamics: &D, strands: usize, velocities: &[&[f64]], dt: f64, stabilisation: f64,
+    contacts: &[PosedContact],
+    dynamics: &D,
+    strands: usize,
+    velocities: &[&[f64]],
+    dt: f64,
+    stabilisation: f64,
 ) -> Result<ContactSystem, AssemblyError> {
     // who touches which strand: (contact, sign)
     let mut touching: Vec<Vec<(u32, f64, ContactSide)>> = vec![Vec::new(); strands];
@@ -128,7 +133,11 @@ pub fn assemble<D: InverseDynamics>(
 
 /// Blocks that one strand contributes: `W_kl += s_k s_l E_kᵀ N_k K⁻¹ N_lᵀ E_l`, symmetric by construction.
 fn strand_blocks<D: InverseDynamics>(
-    strand: usize, touching: &[(u32, f64, ContactSide)], bases: &[[Vec3; 3]], dynamics: &D, columns: &mut Vec<f64>,
+    strand: usize,
+    touching: &[(u32, f64, ContactSide)],
+    bases: &[[Vec3; 3]],
+    dynamics: &D,
+    columns: &mut Vec<f64>,
 ) -> Result<Vec<(u32, u32, Block)>, AssemblyError> {
     let n = dynamics.dofs(strand);
     let m = touching.len();
@@ -287,7 +296,11 @@ mod tests {
             let w = c.prescribed(0.01, 0.2);
             for i in 0..3 {
                 let expected = crate::block::dot(&e[i], &v) + w[i];
-                assert!((u[k][i] - expected).abs() < 1e-10 * (1.0 + expected.abs()), "contact {k}: {} {expected}", u[k][i]);
+                assert!(
+                    (u[k][i] - expected).abs() < 1e-10 * (1.0 + expected.abs()),
+                    "contact {k}: {} {expected}",
+                    u[k][i]
+                );
             }
         }
         // out of range is an error

@@ -111,7 +111,11 @@ impl Bridge {
             if f == 0.0 {
                 break;
             }
-            if f < 0.0 { lo = alpha } else { hi = alpha }
+            if f < 0.0 {
+                lo = alpha
+            } else {
+                hi = alpha
+            }
             let h = 1e-7 * (1.0 + alpha);
             let slope = (self.area(alpha + h) - self.area(alpha - h)) / (2.0 * h);
             let newton = alpha - f / slope;
@@ -152,7 +156,11 @@ mod tests {
             assert!((m.force - expected).abs() < 1e-6, "{theta} {} {expected}", m.force);
             assert!((m.area / area - 1.0).abs() < 1e-12);
         }
-        assert!((Bridge { radius: 0.004, contact_angle: FRAC_PI_4, gap: 0.0095 }.meniscus(3e-5).wetting_angle - 1.2440).abs() < 5e-5);
+        assert!(
+            (Bridge { radius: 0.004, contact_angle: FRAC_PI_4, gap: 0.0095 }.meniscus(3e-5).wetting_angle - 1.2440)
+                .abs()
+                < 5e-5
+        );
     }
 
     proptest! {
@@ -186,7 +194,11 @@ mod tests {
         let b = |g: f64| Bridge { radius: 0.004, contact_angle: 0.6, gap: g };
         let (g0, g1, area) = (0.0082, 0.0102, 2e-5);
         let panels = 24;
-        let x = [0.0, (1.0f64 / 3.0 * (5.0 - 2.0 * (10.0f64 / 7.0).sqrt()).sqrt()), (1.0f64 / 3.0 * (5.0 + 2.0 * (10.0f64 / 7.0).sqrt()).sqrt())];
+        let x = [
+            0.0,
+            (1.0f64 / 3.0 * (5.0 - 2.0 * (10.0f64 / 7.0).sqrt()).sqrt()),
+            (1.0f64 / 3.0 * (5.0 + 2.0 * (10.0f64 / 7.0).sqrt()).sqrt()),
+        ];
         let w = [128.0 / 225.0, (322.0 + 13.0 * 70f64.sqrt()) / 900.0, (322.0 - 13.0 * 70f64.sqrt()) / 900.0];
         let mut work = 0.0;
         for p in 0..panels {

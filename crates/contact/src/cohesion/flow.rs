@@ -21,7 +21,13 @@ impl TangentialFlow {
     /// The law of a liquid between two strands: `y = h ℓ ¾π r̄ √(2/3) τ_Y`, `e = h ℓ ¾π r̄ η / max(2r̄, g)ⁿ`.
     #[must_use]
     pub fn of_liquid(
-        dt: f64, length: f64, radius: f64, gap: f64, consistency: f64, index: f64, yield_stress: f64,
+        dt: f64,
+        length: f64,
+        radius: f64,
+        gap: f64,
+        consistency: f64,
+        index: f64,
+        yield_stress: f64,
     ) -> Self {
         let size = dt * length * 0.75 * PI * radius;
         TangentialFlow {

@@ -15,5 +15,7 @@ pub mod unequal;
 
 pub use bridge::Bridge;
 pub use flow::TangentialFlow;
-pub use lifecycle::{CohesionInput, CohesionSettings, WetContact, cohesive_bound, contact_share, is_active, overlap_length};
+pub use lifecycle::{
+    CohesionInput, CohesionSettings, WetContact, cohesive_bound, contact_share, is_active, overlap_length,
+};
 pub use unequal::{Side, UnequalBridge};

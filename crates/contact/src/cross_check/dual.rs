@@ -5,8 +5,8 @@ use crate::block::{Vec3, norm_squared, trace};
 use crate::problem::{BlockMatrix, ContactProblem, Scaling, residual};
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
-    DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SecondOrderConeT,
-    SolverStatus, SupportedConeT, ZeroConeT,
+    DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SecondOrderConeT, SolverStatus,
+    SupportedConeT, ZeroConeT,
 };
 
 /// Largest relative asymmetry that counts as round-off.
@@ -128,7 +128,9 @@ pub fn cross_check(problem: &ContactProblem, settings: &OracleSettings) -> Resul
 /// # Errors
 /// As [`cross_check`].
 pub fn certify(
-    problem: &ContactProblem, velocities: &[Vec3], settings: &OracleSettings,
+    problem: &ContactProblem,
+    velocities: &[Vec3],
+    settings: &OracleSettings,
 ) -> Result<OracleAnswer, OracleError> {
     let mut answer = solve_from(problem, &OracleSettings { max_outer: 1, ..*settings }, Some(velocities))?;
     if answer.status == numerics::Status::MaxIterations {
@@ -138,7 +140,9 @@ pub fn certify(
 }
 
 fn solve_from(
-    problem: &ContactProblem, settings: &OracleSettings, start: Option<&[Vec3]>,
+    problem: &ContactProblem,
+    settings: &OracleSettings,
+    start: Option<&[Vec3]>,
 ) -> Result<OracleAnswer, OracleError> {
     let n = problem.len();
     let asymmetry = problem.delassus.asymmetry();
@@ -189,8 +193,7 @@ fn solve_from(
             u[k] = start[k].map(|v| v * d[k] / size);
         }
     }
-    let (status, outer_iterations, shift_change) =
-        fixed_point(&mut dual, &problem.friction, settings, &mut r, &mut u);
+    let (status, outer_iterations, shift_change) = fixed_point(&mut dual, &problem.friction, settings, &mut r, &mut u);
     for k in 0..n {
         r[k] = r[k].map(|v| v * d[k] * size);
         u[k] = u[k].map(|v| v * size / d[k]);

@@ -60,7 +60,11 @@ pub(super) trait ConvexSolve {
 
 /// Iterates `ς ← ν‖u_T‖`; halves the step whenever the change stops shrinking.
 pub(super) fn fixed_point(
-    convex: &mut dyn ConvexSolve, friction: &[f64], settings: &OracleSettings, r: &mut [Vec3], u: &mut [Vec3],
+    convex: &mut dyn ConvexSolve,
+    friction: &[f64],
+    settings: &OracleSettings,
+    r: &mut [Vec3],
+    u: &mut [Vec3],
 ) -> (Status, usize, f64) {
     let n = friction.len();
     // zero velocities on entry start from the convex model

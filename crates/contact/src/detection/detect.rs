@@ -82,7 +82,10 @@ impl Detector {
     /// # Errors
     /// If the strand arrays do not fit together or a number is not finite.
     pub fn detect(
-        &mut self, strands: &Strands<'_>, solids: &[&dyn SolidField], settings: &DetectionSettings,
+        &mut self,
+        strands: &Strands<'_>,
+        solids: &[&dyn SolidField],
+        settings: &DetectionSettings,
         contacts: &mut Vec<Contact>,
     ) -> Result<DetectionReport, DetectionError> {
         strands.check()?;
@@ -150,12 +153,7 @@ impl Detector {
         let before = contacts.len();
         prune(contacts, &self.edges, strands, settings.max_per_edge);
         let worst_penetration = contacts.iter().map(|c| -c.gap).fold(0.0, f64::max);
-        Ok(DetectionReport {
-            candidates: self.pairs.len(),
-            found: before,
-            kept: contacts.len(),
-            worst_penetration,
-        })
+        Ok(DetectionReport { candidates: self.pairs.len(), found: before, kept: contacts.len(), worst_penetration })
     }
 }
 
@@ -164,9 +162,7 @@ fn capsule(strands: &Strands<'_>, (strand, edge): (u32, u32)) -> (Capsule, f64, 
     ([[strands.start[v], strands.start[v + 1]], [strands.end[v], strands.end[v + 1]]], strands.radius[v], v)
 }
 
-fn strand_pair(
-    strands: &Strands<'_>, i: (u32, u32), j: (u32, u32), settings: &DetectionSettings,
-) -> Option<Contact> {
+fn strand_pair(strands: &Strands<'_>, i: (u32, u32), j: (u32, u32), settings: &DetectionSettings) -> Option<Contact> {
     // one strand: adjacent edges share a vertex and always overlap
     if i.0 == j.0 && i.1.abs_diff(j.1) <= 1 {
         return None;
@@ -206,8 +202,13 @@ fn strand_pair(
 }
 
 fn strand_solid(
-    strands: &Strands<'_>, e: (u32, u32), bounds: &Aabb, index: usize, solid: &dyn SolidField,
-    settings: &DetectionSettings, out: &mut Vec<Contact>,
+    strands: &Strands<'_>,
+    e: (u32, u32),
+    bounds: &Aabb,
+    index: usize,
+    solid: &dyn SolidField,
+    settings: &DetectionSettings,
+    out: &mut Vec<Contact>,
 ) {
     if let Some((lo, hi)) = solid.bounds()
         && (0..3).any(|c| bounds.min[c] > hi[c] || bounds.max[c] < lo[c])
@@ -231,9 +232,8 @@ fn strand_solid(
 
 /// Keeps at most `limit` contacts per edge, the nearest first (ties by key), then orders what is left by key and place.
 fn prune(contacts: &mut Vec<Contact>, edges: &[(u32, u32)], strands: &Strands<'_>, limit: usize) {
-    let order = |x: &Contact, y: &Contact| {
-        x.key.cmp(&y.key).then(x.alpha.total_cmp(&y.alpha)).then(x.beta.total_cmp(&y.beta))
-    };
+    let order =
+        |x: &Contact, y: &Contact| x.key.cmp(&y.key).then(x.alpha.total_cmp(&y.alpha)).then(x.beta.total_cmp(&y.beta));
     let slot = |e: (u32, u32)| (strands.first_vertex[e.0 as usize] + e.1) as usize;
     let mut count = vec![0usize; strands.start.len().max(edges.len())];
     for c in contacts.iter() {
@@ -272,7 +272,8 @@ mod tests {
 
     #[test]
     fn crossed_strands_and_capsule_ends() {
-        let x = [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.15], [0.0, 1.0, 0.15], [1.15, 0.0, 0.0], [3.0, 0.0, 0.0]];
+        let x =
+            [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.15], [0.0, 1.0, 0.15], [1.15, 0.0, 0.0], [3.0, 0.0, 0.0]];
         let mut out = Vec::new();
         let s = still(&x, &[0, 2, 4, 6], &[0.1; 6]);
         let report = Detector::default().detect(&s, &[], &DetectionSettings::default(), &mut out).unwrap();
@@ -296,7 +297,15 @@ mod tests {
             .unwrap();
         let limit = std::f64::consts::FRAC_PI_2 * 2.0 * r;
         assert!(out.is_empty() || out.iter().all(|c| 0.05 * f64::from(c.key.a.1.abs_diff(c.key.b.1)) > limit - 0.1));
-        let fold = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.2, 0.1, 0.0], [2.0, 0.19, 0.0], [1.0, 0.19, 0.0], [0.0, 0.19, 0.0]];
+        let fold = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [2.0, 0.0, 0.0],
+            [2.2, 0.1, 0.0],
+            [2.0, 0.19, 0.0],
+            [1.0, 0.19, 0.0],
+            [0.0, 0.19, 0.0],
+        ];
         Detector::default()
             .detect(&still(&fold, &[0, 7], &[r; 7]), &[], &DetectionSettings::default(), &mut out)
             .unwrap();

@@ -37,7 +37,13 @@ fn at(edge: &Capsule, t: f64) -> [Vector3; 2] {
 /// first time at which the distance falls to `reach`: each advance is the gap over the largest relative displacement, so no
 /// contact is stepped over, at any speed. Returns `None` where they stay apart.
 #[must_use]
-pub fn pair_contact(a: &[[Vec3; 2]; 2], b: &[[Vec3; 2]; 2], reach: f64, proximity: f64, continuous: bool) -> Option<PairContact> {
+pub fn pair_contact(
+    a: &[[Vec3; 2]; 2],
+    b: &[[Vec3; 2]; 2],
+    reach: f64,
+    proximity: f64,
+    continuous: bool,
+) -> Option<PairContact> {
     let (a0, b0) = (at(a, 0.0), at(b, 0.0));
     let now = segment_segment(&a0[0], &a0[1], &b0[0], &b0[1]);
     let distance = now.separation.norm();

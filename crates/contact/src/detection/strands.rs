@@ -83,7 +83,9 @@ impl Strands<'_> {
             || self.first_vertex.last().is_some_and(|l| *l as usize != n)
             || (self.first_vertex.is_empty() && n > 0)
         {
-            return Err(DetectionError::Shape("first_vertex must start at 0, ascend and end at the number of vertices"));
+            return Err(DetectionError::Shape(
+                "first_vertex must start at 0, ascend and end at the number of vertices",
+            ));
         }
         for v in 0..n {
             let finite = (0..3).all(|c| self.start[v][c].is_finite() && self.end[v][c].is_finite());

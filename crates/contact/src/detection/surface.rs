@@ -22,7 +22,12 @@ pub struct SurfaceContact {
 /// Contacts of an edge of radius `radius` with a solid: its first vertex, the last one if `last`, and the nearest interior
 /// point where that is nearer than both ends.
 pub fn surface_contacts(
-    edge: &Capsule, radius: f64, solid: &dyn SolidField, proximity: f64, continuous: bool, last: bool,
+    edge: &Capsule,
+    radius: f64,
+    solid: &dyn SolidField,
+    proximity: f64,
+    continuous: bool,
+    last: bool,
     mut found: impl FnMut(SurfaceContact),
 ) {
     let start = |alpha: f64| lerp(&edge[0][0], &edge[0][1], alpha);
@@ -75,7 +80,13 @@ fn lerp(a: &Vec3, b: &Vec3, t: f64) -> Vec3 {
 
 /// Sphere tracing in time: the distance cannot shrink faster than point and solid move.
 fn point_contact(
-    start: &Vec3, end: &Vec3, alpha: f64, radius: f64, solid: &dyn SolidField, proximity: f64, continuous: bool,
+    start: &Vec3,
+    end: &Vec3,
+    alpha: f64,
+    radius: f64,
+    solid: &dyn SolidField,
+    proximity: f64,
+    continuous: bool,
 ) -> Option<SurfaceContact> {
     let (d0, n0) = solid.sample(start, 0.0);
     if !d0.is_finite() {

@@ -272,3 +272,22 @@ fn cutting_by_lines_and_removal_leave_whole_particles() {
         assert!((facts.removed_fraction - 0.3).abs() < 0.02, "{facts:?}");
     }
 }
+
+#[test]
+fn binary_checkpoints_resume_bit_for_bit() {
+    for mode in [Mode::Physical, Mode::Compat] {
+        let mut settings = MicrogelSettings { mode, ..quick(Experiment::Oscillation(short())) };
+        settings.model.law = CentralLaw::Tabulated(
+            granular::law::Table::new(vec![0.0, 0.2, 0.5, 0.9], vec![0.0, 0.25, 1.0, 9.0]).unwrap(),
+        );
+        let mut whole = Rheometer::new(&settings).unwrap();
+        for _ in 0..700 {
+            whole.advance().unwrap();
+        }
+        let bytes = postcard::to_stdvec(&whole).unwrap();
+        let mut again: Rheometer = postcard::from_bytes(&bytes).unwrap();
+        for _ in 0..100 {
+            assert_eq!(whole.advance().unwrap(), again.advance().unwrap());
+        }
+    }
+}

@@ -7,6 +7,7 @@ pub mod film;
 pub mod granular;
 pub mod liquid;
 pub mod rods;
+pub mod yarn;
 
 use crate::case::Case;
 
@@ -19,6 +20,7 @@ pub fn all() -> Vec<Case> {
         granular::cases(),
         liquid::cases(),
         rods::cases(),
+        yarn::cases(),
         crate::hard::cases(),
     ];
     let mut cases: Vec<Case> = groups.into_iter().flatten().collect();

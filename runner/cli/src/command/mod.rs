@@ -2,6 +2,8 @@
 
 mod batch;
 mod check;
+mod fit;
+mod material;
 mod plan;
 mod report;
 mod run;
@@ -27,6 +29,10 @@ pub enum Command {
     Validate(validate::Validate),
     /// Write a page with plots and pictures of one or more runs.
     Report(report::Report),
+    /// Show a liquid in numbers, with its flow curve.
+    Material(material::Material),
+    /// Fit yield stress, consistency and index to rheometer data.
+    Fit(fit::Fit),
     /// Print the reference of every scene field, as Markdown or as a JSON Schema.
     Schema(schema::Schema),
 }
@@ -63,6 +69,8 @@ impl Command {
             Command::Plan(command) => command.run(),
             Command::Validate(command) => command.run(),
             Command::Report(command) => command.run(),
+            Command::Material(command) => command.run(),
+            Command::Fit(command) => command.run(),
             Command::Schema(command) => command.run(),
         }
     }

@@ -46,12 +46,13 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
 /// Mean force of the pull in its second half, and mean load of a plate [N/m].
 fn pull(friction: f64, compression: f64) -> Result<(f64, f64), CaseError> {
     let line = |x0: f64, x1: f64, y: f64| {
-        YarnGroup::new(YarnShape::Line { from: vec![0.5 + x0 * CELL, 0.5 + y * CELL], to: vec![0.5 + x1 * CELL, 0.5 + y * CELL] })
+        YarnGroup::new(YarnShape::Line {
+            from: vec![0.5 + x0 * CELL, 0.5 + y * CELL],
+            to: vec![0.5 + x1 * CELL, 0.5 + y * CELL],
+        })
     };
-    let mut settings = plane(
-        material(friction),
-        vec![line(-8.0, 8.0, -1.0), line(-10.0, 16.0, 0.0), line(-8.0, 8.0, 1.0)],
-    );
+    let mut settings =
+        plane(material(friction), vec![line(-8.0, 8.0, -1.0), line(-10.0, 16.0, 0.0), line(-8.0, 8.0, 1.0)]);
     // Plates that the outer yarns cannot slide on, closing from both sides.
     let (close, time) = (0.04, 0.2);
     let plate = |side: f64| ObstacleSettings {

@@ -50,8 +50,10 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
             vec![0.5 + 0.05 * length * bessel0(2.404_825_557_695_773 * (free / length).sqrt()), 0.7 + y]
         })
         .collect();
-    let mut settings =
-        plane(YarnMaterial { stretch_modulus: modulus, ..material(0.05) }, vec![polyline(points, vec![rest; n - 1], vec![])]);
+    let mut settings = plane(
+        YarnMaterial { stretch_modulus: modulus, ..material(0.05) },
+        vec![polyline(points, vec![rest; n - 1], vec![])],
+    );
     settings.gravity = vec![0.0, -gravity];
     settings.drives = vec![Drive { yarn: 0, vertex: 0, motion: Motion::default() }];
     let mut system = build(&settings)?;

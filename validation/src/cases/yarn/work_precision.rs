@@ -30,10 +30,13 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     let scene = |integrator| {
         let points = (0..25).map(|i| vec![0.4 + f64::from(i) * SEGMENT, 0.5]).collect();
         let velocities = (0..25).map(|i| vec![0.0, -0.08 * f64::from(i)]).collect();
-        let mut settings =
-            plane(YarnMaterial { stretch_modulus: modulus, ..material(0.05) }, vec![polyline(points, vec![], velocities)]);
+        let mut settings = plane(
+            YarnMaterial { stretch_modulus: modulus, ..material(0.05) },
+            vec![polyline(points, vec![], velocities)],
+        );
         settings.gravity = vec![0.0, -98.0];
-        settings.pins = vec![Pin { at: PinPlace::Vertex { yarn: 0, vertex: 0 }, half_width: 1.5, motion: Motion::default() }];
+        settings.pins =
+            vec![Pin { at: PinPlace::Vertex { yarn: 0, vertex: 0 }, half_width: 1.5, motion: Motion::default() }];
         settings.step.integrator = integrator;
         settings
     };
@@ -48,9 +51,8 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     let limit = build(&scene(Integrator::Explicit))?.tightest_limit().map_or(1e-4, |l| l.seconds);
     let base = (time / limit).ceil() as usize;
     let (exact, _) = run(Integrator::Explicit, 4 * base)?;
-    let error = |x: &[nalgebra::SVector<f64, 2>]| {
-        x.iter().zip(&exact).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) / CELL
-    };
+    let error =
+        |x: &[nalgebra::SVector<f64, 2>]| x.iter().zip(&exact).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) / CELL;
     let mut out = Outcome::new();
     let (mut explicit, mut implicit) = (Vec::new(), Vec::new());
     for factor in [1, 2] {

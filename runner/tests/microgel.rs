@@ -229,3 +229,54 @@ fn the_recipe_cannot_be_changed_on_the_way() {
     let error = scene(&["microgel.friction=0.5".to_owned()]).load(&saved).unwrap_err();
     assert!(error.to_string().contains("recipe"), "{error}");
 }
+
+#[test]
+fn the_report_shows_moduli_loops_and_a_comparison() {
+    let folder = tempfile::tempdir().unwrap();
+    let (sweep, other) = (folder.path().join("sweep"), folder.path().join("other"));
+    let experiment = "microgel.experiment=AmplitudeSweep(amplitudes: [0.5, 0.6], base: (relative_frequency: 0.2, pre_periods: 0, periods: 1, post_periods: 0))";
+    run(SHORT, &[experiment, "microgel.seeds=2", "output.frames=Count(2)"], into(&sweep));
+    run(SHORT, &["microgel.seeds=2", "microgel.packing=1.2", "output.frames=Count(2)"], into(&other));
+    // VISCOSE_KEEP_REPORT=FILE keeps the page for a look.
+    let out = std::env::var_os("VISCOSE_KEEP_REPORT").map_or_else(|| folder.path().join("report.html"), PathBuf::from);
+    runner::report::write(&[sweep, other], &out).unwrap();
+    let page = fs::read_to_string(&out).unwrap();
+    for text in ["Moduli against amplitude", "Lissajous figure", "Comparison of samples", "G″", "data:image/gif"] {
+        assert!(page.contains(text), "{text}");
+    }
+    assert!(!page.contains("NaN"));
+}
+
+/// A contact that sticks is red, one that slips green, a link blue, and none hides behind the grains.
+#[test]
+fn pictures_show_contacts_on_top_of_the_grains_in_their_colours() {
+    use runner::picture::{PictureOptions, still};
+    use runner::record::frame::{Field, Frame, Piece, Topology};
+    let line = |y: f64, state: i64| Piece {
+        name: if state == 3 { "links" } else { "contacts" }.to_owned(),
+        topology: Topology::Segments(vec![[0, 1]]),
+        positions: vec![[0.2e-3, y, 0.0], [0.8e-3, y, 0.0]],
+        point_fields: Vec::new(),
+        cell_fields: vec![Field::integer("state", vec![state]), Field::integer("chain", vec![1])],
+    };
+    let grains = Piece {
+        name: "grains".to_owned(),
+        topology: Topology::Points,
+        positions: vec![[0.3e-3, 0.5e-3, 0.0], [0.7e-3, 0.5e-3, 0.0]],
+        point_fields: vec![Field::scalar("radius", vec![0.3e-3; 2]), Field::integer("particle", vec![0, 0])],
+        cell_fields: Vec::new(),
+    };
+    let lines = [line(0.35e-3, 1), line(0.5e-3, 2), line(0.65e-3, 3)];
+    let frame = Frame { time: 0.0, step: 0, pieces: [grains].into_iter().chain(lines).collect() };
+    let picture = still(&frame, &PictureOptions { width: 200, height: 160, ..PictureOptions::default() });
+    let strongest = |channel: usize| {
+        let lead = |p: &[u8; 3]| {
+            let others = (0..3).filter(|k| *k != channel).map(|k| p[k]).max().unwrap();
+            i32::from(p[channel]) - i32::from(others)
+        };
+        (0..picture.pixels.len()).max_by_key(|i| lead(&picture.pixels[*i])).map(|i| (i / picture.width, lead(&picture.pixels[i]))).unwrap()
+    };
+    let (red, green, blue) = (strongest(0), strongest(1), strongest(2));
+    assert!(red.1 > 60 && green.1 > 30 && blue.1 > 30, "{red:?} {green:?} {blue:?}");
+    assert!(blue.0 < green.0 && green.0 < red.0, "from the top: link, slip, stick");
+}

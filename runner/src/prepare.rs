@@ -98,11 +98,9 @@ pub fn step_control(scene: &Scene) -> StepControl {
     }
     match &scene.time.step {
         SceneStep::Fixed(step) => StepControl::Fixed(*step),
-        SceneStep::Adaptive(adaptive) => StepControl::Adaptive {
-            max: adaptive.max,
-            min: adaptive.min.unwrap_or(adaptive.max * 1e-6),
-            safety: 1.0,
-        },
+        SceneStep::Adaptive(adaptive) => {
+            StepControl::Adaptive { max: adaptive.max, min: adaptive.min.unwrap_or(adaptive.max * 1e-6), safety: 1.0 }
+        }
     }
 }
 

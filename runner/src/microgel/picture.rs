@@ -64,12 +64,7 @@ fn grains(view: &Snapshot, positions: Vec<[f64; 3]>) -> Piece {
     }
 }
 
-fn lines(
-    name: &str,
-    view: &Snapshot,
-    grains: &[[f64; 3]],
-    wanted: impl Fn(&ContactView) -> bool,
-) -> Piece {
+fn lines(name: &str, view: &Snapshot, grains: &[[f64; 3]], wanted: impl Fn(&ContactView) -> bool) -> Piece {
     let (mut positions, mut pairs) = (Vec::new(), Vec::new());
     let (mut state, mut force, mut tangential, mut chain) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut add = |from: [f64; 3], to: [f64; 3], contact: &ContactView, in_chain: bool| {
@@ -111,13 +106,7 @@ fn outline(view: &Snapshot) -> Piece {
     Piece {
         name: "box".to_owned(),
         topology: Topology::Polylines { offsets: vec![0, 5] },
-        positions: vec![
-            [0.0; 3],
-            [width, 0.0, 0.0],
-            [width, height, 0.0],
-            [0.0, height, 0.0],
-            [0.0; 3],
-        ],
+        positions: vec![[0.0; 3], [width, 0.0, 0.0], [width, height, 0.0], [0.0, height, 0.0], [0.0; 3]],
         point_fields: Vec::new(),
         cell_fields: vec![Field::scalar("strain", vec![view.strain]), Field::scalar("shear_rate", vec![view.rate])],
     }

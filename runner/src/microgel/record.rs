@@ -204,9 +204,7 @@ pub(super) fn summary(system: &MicrogelSystem) -> Map<String, Value> {
     let of = |figure: fn(&Summary) -> f64| estimate(&runs.iter().map(figure).collect::<Vec<f64>>());
     put("headline_measure", json!(name(headline(&runs))));
     if runs[0].segments.first().is_some_and(|segment| !segment.moduli.is_empty()) {
-        for (name, of) in
-            [("g_prime", of(|run| run.g_prime)), ("g_double_prime", of(|run| run.g_double_prime))]
-        {
+        for (name, of) in [("g_prime", of(|run| run.g_prime)), ("g_double_prime", of(|run| run.g_double_prime))] {
             put(name, json!(of.mean));
             if of.count > 1 {
                 put(&format!("{name}_sd"), json!(of.sd));

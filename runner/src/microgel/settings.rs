@@ -108,9 +108,7 @@ fn preparation(preparation: &Preparation) -> PreparationSettings {
         cut: match &preparation.cut {
             Cutting::Uncut => Cut::None,
             Cutting::Voronoi(cut) => Cut::Voronoi { points: cut.points, edge_fuzziness: cut.edge_fuzziness },
-            Cutting::Lines(cut) => {
-                Cut::Lines { count: cut.count, avoid_horizontal: cut.avoid_horizontal.to_degrees() }
-            }
+            Cutting::Lines(cut) => Cut::Lines { count: cut.count, avoid_horizontal: cut.avoid_horizontal.to_degrees() },
         },
         cut_top_bottom: preparation.cut_top_bottom,
         avoid_tall: preparation.avoid_tall,
@@ -173,11 +171,9 @@ fn experiment(experiment: &MicrogelExperiment) -> Experiment {
         MicrogelExperiment::Creep(creep) => {
             Experiment::Creep { stress: creep.stress, duration: creep.duration, recovery: creep.recovery }
         }
-        MicrogelExperiment::Compression(closing) => Experiment::Compression {
-            strain: closing.strain,
-            relative_rate: closing.relative_rate,
-            hold: closing.hold,
-        },
+        MicrogelExperiment::Compression(closing) => {
+            Experiment::Compression { strain: closing.strain, relative_rate: closing.relative_rate, hold: closing.hold }
+        }
     }
 }
 

@@ -106,11 +106,7 @@ struct Brush<'a> {
 
 impl<'a> Brush<'a> {
     fn new(piece: &'a Piece, camera: &'a Camera, color: &ColorBy, factor: usize) -> Brush<'a> {
-        let thin = match (piece.name.as_str(), &piece.topology) {
-            ("links", _) => 1.5e-3,
-            (_, Topology::Points) => 6e-3,
-            _ => 3e-3,
-        };
+        let thin = if matches!(piece.topology, Topology::Points) { 6e-3 } else { 3e-3 };
         Brush {
             piece,
             camera,
@@ -236,10 +232,11 @@ fn colors(piece: &Piece, by: &ColorBy) -> Vec<Color> {
             colors
         }
         Topology::Points => {
-            let id = |i: usize| match piece.point_field("particle").or(piece.point_field("id")).map(|field| &field.values) {
-                Some(FieldValues::I64(ids)) => ids.get(i).map_or(i, |&id| id.unsigned_abs() as usize),
-                _ => i,
-            };
+            let id =
+                |i: usize| match piece.point_field("particle").or(piece.point_field("id")).map(|field| &field.values) {
+                    Some(FieldValues::I64(ids)) => ids.get(i).map_or(i, |&id| id.unsigned_abs() as usize),
+                    _ => i,
+                };
             (0..n).map(|i| of_piece(&piece.name, id(i), n)).collect()
         }
         Topology::Segments(pairs) => {

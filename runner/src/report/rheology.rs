@@ -131,13 +131,13 @@ fn table(page: &mut String, moduli: &[Value], headline: &str) {
 /// Welch's test between all pairs of ensembles on the page, corrected for their number.
 pub(super) fn comparison(page: &mut String, sections: &[Section]) {
     let of = |section: &Section, name: &str| -> Option<Estimate> {
-        serde_json::from_value(section.run.rheology.as_ref()?.get(name)?.clone()).ok().filter(|e: &Estimate| e.count > 1)
+        serde_json::from_value(section.run.rheology.as_ref()?.get(name)?.clone())
+            .ok()
+            .filter(|e: &Estimate| e.count > 1)
     };
     let ensembles: Vec<(String, [Estimate; 2])> = sections
         .iter()
-        .filter_map(|section| {
-            Some((section.run.title(), [of(section, "g_prime")?, of(section, "g_double_prime")?]))
-        })
+        .filter_map(|section| Some((section.run.title(), [of(section, "g_prime")?, of(section, "g_double_prime")?])))
         .filter(|(_, both)| both.iter().any(|estimate| estimate.mean != 0.0))
         .take(COMPARED)
         .collect();
@@ -232,7 +232,10 @@ fn chart(curves: &[Curve], x_label: &str, unit: &str, logarithmic: bool) -> Stri
         for p in &curve.points {
             let _ = write!(path, "{}{:.1} {:.1}", if path.is_empty() { 'M' } else { 'L' }, x(p[0]), y(p[1]));
         }
-        let _ = write!(svg, "<path d=\"{path}\" fill=\"none\" stroke=\"{ink}\" stroke-width=\"1.4\" stroke-linejoin=\"round\"/>");
+        let _ = write!(
+            svg,
+            "<path d=\"{path}\" fill=\"none\" stroke=\"{ink}\" stroke-width=\"1.4\" stroke-linejoin=\"round\"/>"
+        );
         for (p, error) in curve.points.iter().zip(&curve.error) {
             let (at, low, high) = (x(p[0]), y(p[1] - error), y(p[1] + error));
             let _ = write!(
@@ -265,6 +268,8 @@ fn ticks(axis: &Axis, wanted: f64) -> Vec<(f64, String)> {
     (first..=last)
         .flat_map(|e| factors.iter().map(move |f| f * 10f64.powi(e)))
         .filter(|v| (axis.low..=axis.high).contains(&v.log10()))
-        .map(|v| (v, if (1e-3..1e5).contains(&v) { format!("{}", (v * 1e6).round() / 1e6) } else { format!("{v:.0e}") }))
+        .map(|v| {
+            (v, if (1e-3..1e5).contains(&v) { format!("{}", (v * 1e6).round() / 1e6) } else { format!("{v:.0e}") })
+        })
         .collect()
 }

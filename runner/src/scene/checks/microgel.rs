@@ -33,6 +33,11 @@ impl Checker<'_> {
         }
         let settings = match settings(scene, microgel) {
             Ok(settings) => settings,
+            Err(GranularError::Setting { name, allowed, .. }) if name.starts_with("table") => {
+                let message = "the table of the law cannot be used";
+                self.inconsistent(&place.field("law"), message, allowed);
+                return;
+            }
             Err(GranularError::Setting { name, value, allowed }) => {
                 let at = self.find(&place, name);
                 let message = format!("`{name}` = {value} is out of range");
@@ -48,7 +53,8 @@ impl Checker<'_> {
         let schedule = Schedule::new(&settings);
         if schedule.steps > MAX_STEPS {
             let message = format!("the run would take {:.1e} steps", schedule.steps as f64);
-            let help = format!("at most {MAX_STEPS:e} are allowed: shorten the experiment or raise its frequency or rate");
+            let help =
+                format!("at most {MAX_STEPS:e} are allowed: shorten the experiment or raise its frequency or rate");
             self.refuse(ProblemKind::TooLarge, &place.field("experiment"), message, help);
             return;
         }
@@ -69,8 +75,15 @@ impl Checker<'_> {
 
     /// The place of a setting somewhere inside the section, or the section.
     fn find(&self, place: &Path, name: &str) -> Path {
-        let inner: [&[&str]; 7] =
-            [&[], &["preparation"], &["preparation", "cut"], &["rules"], &["law"], &["experiment"], &["experiment", "base"]];
+        let inner: [&[&str]; 7] = [
+            &[],
+            &["preparation"],
+            &["preparation", "cut"],
+            &["rules"],
+            &["law"],
+            &["experiment"],
+            &["experiment", "base"],
+        ];
         let whole = self.span(place);
         inner
             .iter()

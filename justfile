@@ -30,6 +30,24 @@ test:
 bench CRATE="":
     cargo bench --locked {{ if CRATE == "" { "--workspace" } else { "-p " + CRATE } }}
 
+# the published kind of study, skipping what is done: just study "0.05 0.2 1" "0.01 1" "1.2 1.5" "0" "8000" 16
+study AMPLITUDES="0.05 0.2 1" FRICTIONS="0.01 1" PACKINGS="1 1.5 2" REMOVED="0" MODULI="8000" SEEDS="8" OUT="out/study":
+    #!/usr/bin/env bash
+    set -euo pipefail
+    cargo build --release --locked --quiet -p viscose
+    runs=()
+    for a in {{AMPLITUDES}}; do for mu in {{FRICTIONS}}; do for p in {{PACKINGS}}; do for r in {{REMOVED}}; do for e in {{MODULI}}; do
+        name="amplitude-$a friction-$mu packing-$p removed-$r modulus-$e"
+        folder="{{OUT}}/${name// /_}"
+        {{viscose}} batch scenes/microgel/interlocking.ron --out "$folder" --no-report \
+            --set "title=\"$name\"" --set "output.frames=Count(2)" --set "microgel.seeds={{SEEDS}}" \
+            --set "microgel.experiment.amplitude=$a" --set "microgel.friction=$mu" --set "microgel.packing=$p" \
+            --set "microgel.preparation.remove_links=$r" --set "microgel.young_modulus=$e"
+        runs+=("$folder/interlocking")
+    done; done; done; done; done
+    awk 'FNR > 1 || NR == 1' "${runs[@]/%interlocking/results.csv}" > "{{OUT}}/results.csv"
+    {{viscose}} report "${runs[@]}" --out "{{OUT}}/report.html"
+
 # validation cases: just validate rods
 validate *CASES:
     {{viscose}} validate {{CASES}}

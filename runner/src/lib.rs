@@ -3,6 +3,7 @@
 //! ```text
 //! scene     text → Scene in SI, or a message that says what to write instead
 //! world     all state of strands and liquid; components are optional
+//! microgel  soft grains in the rheometer, the other kind of scene
 //! plan      which stages this scene needs, and why
 //! stages    one file per stage of the algorithm
 //! system    the trait that strands and liquid, yarns and microgels share
@@ -12,6 +13,7 @@
 //! report, picture   a page with plots and pictures
 //! ```
 
+pub mod microgel;
 pub mod picture;
 pub mod plan;
 pub mod prepare;

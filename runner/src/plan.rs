@@ -83,6 +83,8 @@ pub struct Plan {
     pub components: Components,
     /// Components that the scene switches off.
     pub switched_off: Vec<Component>,
+    /// What happens in a scene of soft grains, which has none of the stages.
+    pub program: Vec<String>,
 }
 
 /// A scene that asks for something this version cannot do.
@@ -103,6 +105,10 @@ impl Plan {
     /// When the scene needs a stage that is not built yet: nothing pretends.
     pub fn for_scene(scene: &Scene) -> Result<Plan, NotThereYet> {
         let components = Components::of(scene);
+        if scene.microgel.is_some() {
+            let program = crate::microgel::schedule_of(scene).map_or(Vec::new(), |schedule| schedule.lines);
+            return Ok(Plan { stages: Vec::new(), components, switched_off: Vec::new(), program });
+        }
         let missing = |what, number: usize, help| NotThereYet { what, number, stage: STAGES[number].name, help };
         if components.film {
             return Err(missing("a film on strands", 11, "leave `film` out of the strand groups"));
@@ -117,7 +123,7 @@ impl Plan {
                 PlannedStage { stage, reason: need.reason, active: need.active }
             })
             .collect();
-        Ok(Plan { stages, components, switched_off: scene.disable.clone() })
+        Ok(Plan { stages, components, switched_off: scene.disable.clone(), program: Vec::new() })
     }
 
     /// The stages that run, in order.
@@ -128,6 +134,9 @@ impl Plan {
 
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (number, line) in self.program.iter().enumerate() {
+            writeln!(f, "{:>2} {line}", number + 1)?;
+        }
         for planned in &self.stages {
             let mark = if planned.active { "runs" } else { "-" };
             writeln!(f, "{:>2} {:18} {mark:5} {}", planned.stage.number, planned.stage.name, planned.reason)?;

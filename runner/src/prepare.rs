@@ -2,12 +2,14 @@
 
 use std::fmt;
 
+use crate::microgel::{self, MicrogelSystem};
 use crate::plan::{NotThereYet, Plan};
 use crate::record::clock::Clock;
 use crate::record::provenance::{self, Provenance};
 use crate::record::recorder::RecordSettings;
 use crate::run::Job;
 use crate::scene::expand::{StrandGeometry, expand};
+use crate::scene::microgel::Microgel;
 use crate::scene::output::{Clock as SceneClock, Format};
 use crate::scene::time::StepControl as SceneStep;
 use crate::scene::{LoadedScene, Problem, Scene, SceneError};
@@ -30,6 +32,9 @@ pub enum PrepareError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Build(#[from] BuildError),
+    /// Its sample of grains cannot be made.
+    #[error("the sample of grains cannot be made: {0}")]
+    Grains(#[from] granular::GranularError),
 }
 
 impl From<Problem> for PrepareError {
@@ -45,7 +50,6 @@ impl From<Problem> for PrepareError {
 pub fn job(loaded: LoadedScene, threads: usize) -> Result<Job, PrepareError> {
     let LoadedScene { scene, text, name, files, hash, .. } = loaded;
     let plan = Plan::for_scene(&scene)?;
-    let strands = expand(&scene)?;
     let (version, commit) = provenance::version();
     let provenance = Provenance {
         version,
@@ -61,10 +65,13 @@ pub fn job(loaded: LoadedScene, threads: usize) -> Result<Job, PrepareError> {
         platform: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
         branched_from: None,
     };
-    let system: Box<dyn System> = Box::new(World::build(&scene, &plan, &strands)?);
+    let system: Box<dyn System> = match &scene.microgel {
+        Some(grains) => Box::new(MicrogelSystem::new(&microgel::settings(&scene, grains)?, grains.record_every)?),
+        None => Box::new(World::build(&scene, &plan, &expand(&scene)?)?),
+    };
     Ok(Job {
         system,
-        end: scene.time.end,
+        end: end(&scene),
         control: step_control(&scene),
         record: record_settings(&scene),
         scene_text: text,
@@ -78,9 +85,17 @@ fn hash_number(hash: &str) -> u64 {
         .unwrap_or_else(|_| hash.bytes().fold(0, |sum, byte| sum.rotate_left(8) ^ u64::from(byte)))
 }
 
+/// When a scene ends [s].
+fn end(scene: &Scene) -> f64 {
+    microgel::schedule_of(scene).map_or(scene.time.end, |schedule| schedule.end)
+}
+
 /// Step control of a scene.
 #[must_use]
 pub fn step_control(scene: &Scene) -> StepControl {
+    if scene.microgel.is_some() {
+        return StepControl::Own;
+    }
     match &scene.time.step {
         SceneStep::Fixed(step) => StepControl::Fixed(*step),
         SceneStep::Adaptive(adaptive) => {
@@ -97,7 +112,7 @@ pub fn record_settings(scene: &Scene) -> RecordSettings {
         SceneClock::Every(interval) => Clock::Every(*interval),
         SceneClock::Steps(steps) => Clock::Steps(*steps),
         SceneClock::At(times) => Clock::At(times.clone()),
-        SceneClock::Count(count) => Clock::Every(scene.time.end / *count as f64),
+        SceneClock::Count(count) => Clock::Every(end(scene) / *count as f64),
         SceneClock::Never => Clock::Never,
     };
     let series_every = match &output.series {
@@ -121,6 +136,10 @@ pub struct Estimate {
     pub strands: usize,
     /// Vertices of all strands.
     pub vertices: usize,
+    /// Grains of one sample.
+    pub grains: usize,
+    /// Samples of grains.
+    pub samples: usize,
     /// Memory while running [bytes].
     pub memory: f64,
     /// Frames, where the clock tells before the run.
@@ -137,6 +156,9 @@ pub struct Estimate {
 /// When the scene needs something that is missing, or its strands cannot be made.
 pub fn estimate(scene: &Scene) -> Result<Estimate, PrepareError> {
     Plan::for_scene(scene)?;
+    if let Some(grains) = &scene.microgel {
+        return Ok(estimate_grains(scene, grains, &microgel::Schedule::new(&microgel::settings(scene, grains)?)));
+    }
     let strands = expand(scene)?;
     let vertices: usize = strands.iter().map(|strand: &StrandGeometry| strand.positions.len()).sum();
     let record = record_settings(scene);
@@ -148,10 +170,13 @@ pub fn estimate(scene: &Scene) -> Result<Estimate, PrepareError> {
     let step = match step_control(scene) {
         StepControl::Fixed(step) => step,
         StepControl::Adaptive { max, .. } => max,
+        StepControl::Own => scene.time.end,
     };
     Ok(Estimate {
         strands: strands.len(),
         vertices,
+        grains: 0,
+        samples: 0,
         memory: vertices as f64 * crate::scene::expand::BYTES_PER_VERTEX,
         frames,
         disk: frames.map(|frames| frames as f64 * frame_bytes + checkpoint_bytes),
@@ -159,11 +184,39 @@ pub fn estimate(scene: &Scene) -> Result<Estimate, PrepareError> {
     })
 }
 
+fn estimate_grains(scene: &Scene, grains: &Microgel, schedule: &microgel::Schedule) -> Estimate {
+    let record = record_settings(scene);
+    let frames = record.frames.count(schedule.end);
+    let (count, samples) = (grains.grains as f64, f64::from(grains.seeds));
+    let measured = (schedule.steps - schedule.prepared) as f64;
+    let rows = measured / grains.record_every as f64;
+    // a grain has about twenty numbers of its own and three contacts with ten
+    let per_grain = if record.vtk { 500.0 } else { 0.0 } + if record.ply { 250.0 } else { 0.0 };
+    let memory = microgel::memory(count, samples, measured, rows);
+    // the table has 42 columns of about twenty characters
+    let tables = rows * 42.0 * 20.0;
+    Estimate {
+        strands: 0,
+        vertices: 0,
+        grains: grains.grains,
+        samples: grains.seeds as usize,
+        memory,
+        frames,
+        disk: frames.map(|frames| frames as f64 * count * per_grain + memory * record.keep as f64 + tables),
+        steps: schedule.steps as f64,
+    }
+}
+
 impl fmt::Display for Estimate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         use crate::scene::expand::show_bytes;
-        write!(f, "{} strands, {} vertices", self.strands, self.vertices)?;
-        write!(f, "; at least {:.0} steps; memory about {}", self.steps, show_bytes(self.memory))?;
+        if self.samples > 0 {
+            write!(f, "{} grains, {} sample{}", self.grains, self.samples, if self.samples == 1 { "" } else { "s" })?;
+        } else {
+            write!(f, "{} strands, {} vertices", self.strands, self.vertices)?;
+        }
+        let least = if self.samples > 0 { "" } else { "at least " };
+        write!(f, "; {least}{:.0} steps; memory about {}", self.steps, show_bytes(self.memory))?;
         match (self.frames, self.disk) {
             (Some(frames), Some(disk)) => write!(f, "; {frames} frames, disk about {}", show_bytes(disk)),
             _ => Ok(()),

@@ -36,6 +36,9 @@ pub enum StepControl {
         /// Factor on the components' limits.
         safety: f64,
     },
+    /// The steps that the system itself asks for, never cut for output. A rejected one ends the run: the system has done what
+    /// it could by itself.
+    Own,
 }
 
 /// The part of the control that must survive a checkpoint.
@@ -132,7 +135,7 @@ impl Stepper {
                     system.restore();
                     self.state.rejected += 1;
                     rejections += 1;
-                    if rejections > MAX_HALVINGS {
+                    if rejections > MAX_HALVINGS || self.control == StepControl::Own {
                         return Err(Failure { time: self.state.time, dt, rejection });
                     }
                     dt *= 0.5;
@@ -154,6 +157,9 @@ impl Stepper {
                 let seconds = (limit.seconds * safety).max(min);
                 if seconds < best.0 { (seconds, limit.reason) } else { best }
             }),
+            StepControl::Own => {
+                return limits.first().map_or((to_end, limiter::END), |limit| (limit.seconds, limit.reason));
+            }
         };
         if self.state.retry_cap < dt {
             (dt, limiter) = (self.state.retry_cap, limiter::RETRY);
@@ -173,6 +179,7 @@ impl Stepper {
                     (dt, limiter) = (0.5 * gap, name); // no sliver before the clock strikes
                 }
             }
+            StepControl::Own => {}
         }
         (dt, limiter)
     }
@@ -185,6 +192,7 @@ impl Stepper {
         let full = match self.control {
             StepControl::Fixed(step) => step,
             StepControl::Adaptive { max, .. } => max,
+            StepControl::Own => 0.0,
         };
         if state.retry_cap >= full {
             state.retry_cap = f64::INFINITY;

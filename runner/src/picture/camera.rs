@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::PictureOptions;
-use crate::record::frame::{Field, FieldValues, Frame, Piece};
+use crate::record::frame::{Field, FieldValues, Frame, Piece, Topology};
 
 /// Everything that moves must be in view; a run that blows up may not shrink the rest to a dot beyond this factor.
 const LARGEST_GROWTH: f64 = 6.0;
@@ -38,13 +38,16 @@ impl Bounds {
 fn bounds_of(piece: &Piece, left_out: &mut usize) -> Option<Bounds> {
     let radius = piece.point_field("radius");
     let mut bounds: Option<Bounds> = None;
+    // discs in a plane have no thickness: they are seen at right angles
+    let in_plane = piece.positions.len() > 1 && piece.positions.iter().all(|x| x[2] == 0.0);
+    let plane = in_plane && matches!(piece.topology, Topology::Points);
     for (i, position) in piece.positions.iter().enumerate() {
         if !position.iter().all(|x| x.is_finite()) {
             *left_out += 1;
             continue;
         }
         let r = radius.map_or(0.0, |field| scalar(field, i));
-        let r = if r.is_finite() { Vector3::repeat(r) } else { Vector3::zeros() };
+        let r = if r.is_finite() { Vector3::new(r, r, if plane { 0.0 } else { r }) } else { Vector3::zeros() };
         let p = Vector3::from(*position);
         let own = Bounds { min: p - r, max: p + r };
         bounds = Some(bounds.map_or(own, |b| b.merge(own)));

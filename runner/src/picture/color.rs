@@ -68,6 +68,16 @@ const DISTINCT: [[u8; 3]; 8] = [
     [110, 110, 120],
 ];
 
+/// Colour of a contact by its state: 1 sticks, 2 slips, 3 is a permanent link.
+pub(super) fn of_state(state: i64) -> Option<Color> {
+    match state {
+        1 => Some(linear(granular::frame::colour::STICK)),
+        2 => Some(linear(granular::frame::colour::SLIP)),
+        3 => Some(linear(granular::frame::colour::LINK)),
+        _ => None,
+    }
+}
+
 /// Colour of line (or grain) `i` of `count` in a piece of that name.
 pub(super) fn of_piece(name: &str, i: usize, count: usize) -> Color {
     let lightness = |base: [u8; 3], range: f32| {
@@ -79,9 +89,11 @@ pub(super) fn of_piece(name: &str, i: usize, count: usize) -> Color {
         "particles" => linear([70, 140, 205]),
         "contacts" => linear([215, 40, 40]),
         "solids" => linear([203, 207, 212]),
-        "links" => linear([225, 140, 40]),
+        "links" => linear(granular::frame::colour::LINK),
+        "box" => linear([90, 96, 104]),
+        // pale, so that red, green and blue lines stand out on them
+        "grains" => lightness([214, 205, 184], 0.14),
         _ if count <= DISTINCT.len() => linear(DISTINCT[i % DISTINCT.len()]),
-        "grains" => lightness([120, 160, 190], 0.35),
         "yarns" | "yarn" => lightness([176, 92, 88], 0.4),
         _ => lightness([132, 86, 52], 0.5),
     }

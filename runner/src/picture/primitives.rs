@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::camera::{Camera, Projected, scalar};
-use super::color::{Color, ColorBy, colormap, linear, of_piece};
+use super::color::{Color, ColorBy, colormap, linear, of_piece, of_state};
 use crate::record::frame::{FieldValues, Frame, Piece, Topology};
 
 /// A tube between two balls (or one ball), in supersampled pixels.
@@ -50,8 +50,12 @@ const MIN_COVERAGE: f64 = 0.94;
 
 pub(super) fn collect(frame: &Frame, camera: &Camera, color: &ColorBy, factor: usize) -> Primitives {
     let mut all = Primitives::default();
+    let lift = thickness(frame);
     for piece in &frame.pieces {
-        let brush = Brush::new(piece, camera, color, factor);
+        let mut brush = Brush::new(piece, camera, color, factor);
+        if piece.name != "grains" {
+            brush.lift = lift;
+        }
         match &piece.topology {
             Topology::Points => (0..piece.positions.len()).for_each(|i| brush.tube(i, i, &mut all)),
             Topology::Polylines { offsets } => {
@@ -70,6 +74,25 @@ pub(super) fn collect(frame: &Frame, camera: &Camera, color: &ColorBy, factor: u
     all
 }
 
+/// How far lines must be lifted to lie on top of grains in a plane, which are drawn as balls [m]; zero without such grains.
+fn thickness(frame: &Frame) -> f64 {
+    let Some(grains) = frame.pieces.iter().find(|piece| piece.name == "grains") else { return 0.0 };
+    if grains.positions.iter().any(|x| x[2] != 0.0) {
+        return 0.0;
+    }
+    let radius = grains.point_field("radius");
+    let largest = radius.map_or(0.0, |field| (0..grains.positions.len()).map(|i| scalar(field, i)).fold(0.0, f64::max));
+    if largest.is_finite() { 1.05 * largest } else { 0.0 }
+}
+
+/// Whole numbers of a field on the cells of a piece.
+fn cell_numbers<'a>(piece: &'a Piece, name: &str) -> Option<&'a [i64]> {
+    match &piece.cell_fields.iter().find(|field| field.name == name)?.values {
+        FieldValues::I64(values) => Some(values),
+        FieldValues::F64(_) => None,
+    }
+}
+
 /// Draws the points of one piece.
 struct Brush<'a> {
     piece: &'a Piece,
@@ -80,15 +103,14 @@ struct Brush<'a> {
     default_radius: f64,
     /// Smallest radius drawn [pixels of the finished picture].
     thinnest: f64,
+    lift: f64,
+    /// Points of segments that are drawn thicker: force chains.
+    strong: Vec<bool>,
 }
 
 impl<'a> Brush<'a> {
     fn new(piece: &'a Piece, camera: &'a Camera, color: &ColorBy, factor: usize) -> Brush<'a> {
-        let thin = match (piece.name.as_str(), &piece.topology) {
-            ("links", _) => 1.5e-3,
-            (_, Topology::Points) => 6e-3,
-            _ => 3e-3,
-        };
+        let thin = if matches!(piece.topology, Topology::Points) { 6e-3 } else { 3e-3 };
         Brush {
             piece,
             camera,
@@ -97,13 +119,17 @@ impl<'a> Brush<'a> {
             radius: piece.point_field("radius"),
             default_radius: thin * camera.reach,
             thinnest: (MIN_RADIUS * camera.height as f64).max(0.7),
+            lift: 0.0,
+            strong: strong(piece),
         }
     }
 
     fn point(&self, i: usize) -> Option<(Vector3<f64>, Projected, f64)> {
         let position = Vector3::from(*self.piece.positions.get(i)?);
-        let radius = self.radius.map_or(self.default_radius, |field| scalar(field, i));
-        let projected = self.camera.project(&position);
+        let thin = if self.strong.get(i) == Some(&true) { 2.5 * self.default_radius } else { self.default_radius };
+        let radius = self.radius.map_or(thin, |field| scalar(field, i));
+        let mut projected = self.camera.project(&position);
+        projected.depth -= self.lift;
         let sound =
             position.iter().all(|x| x.is_finite()) && radius.is_finite() && projected.depth > self.camera.near_depth();
         sound.then_some((position, projected, radius.max(0.0)))
@@ -179,6 +205,18 @@ impl<'a> Brush<'a> {
     }
 }
 
+/// Which points end a segment of a force chain.
+fn strong(piece: &Piece) -> Vec<bool> {
+    let (Topology::Segments(pairs), Some(chain)) = (&piece.topology, cell_numbers(piece, "chain")) else {
+        return Vec::new();
+    };
+    let mut strong = vec![false; piece.positions.len()];
+    for (pair, _) in pairs.iter().zip(chain).filter(|(_, chain)| **chain != 0) {
+        pair.iter().for_each(|&i| strong[i as usize] = true);
+    }
+    strong
+}
+
 fn colors(piece: &Piece, by: &ColorBy) -> Vec<Color> {
     let n = piece.positions.len();
     if let ColorBy::Field { name, low, high } = by {
@@ -199,12 +237,22 @@ fn colors(piece: &Piece, by: &ColorBy) -> Vec<Color> {
             colors
         }
         Topology::Points => {
-            let id = |i: usize| match piece.point_field("id").map(|field| &field.values) {
-                Some(FieldValues::I64(ids)) => ids.get(i).map_or(i, |&id| id.unsigned_abs() as usize),
-                _ => i,
-            };
+            let id =
+                |i: usize| match piece.point_field("particle").or(piece.point_field("id")).map(|field| &field.values) {
+                    Some(FieldValues::I64(ids)) => ids.get(i).map_or(i, |&id| id.unsigned_abs() as usize),
+                    _ => i,
+                };
             (0..n).map(|i| of_piece(&piece.name, id(i), n)).collect()
         }
-        _ => vec![of_piece(&piece.name, 0, 1); n],
+        Topology::Segments(pairs) => {
+            let mut colors = vec![of_piece(&piece.name, 0, 1); n];
+            for (pair, &state) in pairs.iter().zip(cell_numbers(piece, "state").unwrap_or_default()) {
+                if let Some(color) = of_state(state) {
+                    pair.iter().for_each(|&i| colors[i as usize] = color);
+                }
+            }
+            colors
+        }
+        Topology::Triangles(_) => vec![of_piece(&piece.name, 0, 1); n],
     }
 }

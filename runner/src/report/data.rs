@@ -72,6 +72,8 @@ pub(super) struct RunData {
     pub summary: Option<Map<String, Value>>,
     pub series: Table,
     pub timings: Table,
+    /// `rheology.json` of a run of soft grains.
+    pub rheology: Option<Value>,
     pub frames: Vec<FrameFiles>,
     pub checkpoints: usize,
     /// Sentences about what is missing or damaged.
@@ -105,6 +107,8 @@ impl RunData {
             let to = if name == "series.csv" { &mut run.series } else { &mut run.timings };
             *to = table.unwrap_or_default();
         }
+        let rheology = text_of(&dir.join("rheology.json"))?;
+        run.rheology = rheology.and_then(|text| serde_json::from_str(&text).ok());
         run.frames = frame_files::list(&folder.frames())?;
         run.checkpoints = match fs::read_dir(folder.checkpoints()) {
             Ok(entries) => entries.count(),

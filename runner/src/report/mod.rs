@@ -3,7 +3,7 @@
 //! ```text
 //! DIR/ ─► RunData (what is there, and what is missing) ─► verdict ┐
 //!      └► frames ─► stills, animation                             ├─► page.html
-//!         series.csv, timings.csv ─► SVG plots ───────────────────┘
+//!         series.csv, timings.csv, rheology.json ─► SVG plots ────┘
 //! ```
 //! Works on unfinished and damaged folders and says what is missing. The same folder gives the same page.
 
@@ -13,6 +13,7 @@ mod groups;
 mod page;
 mod pictures;
 mod plot;
+mod rheology;
 mod verdict;
 
 pub use verdict::{Grade, Verdict};

@@ -9,6 +9,7 @@ use super::data::{RunData, Table};
 use super::groups;
 use super::pictures::Shown;
 use super::plot::{self, Line, Plot, escape};
+use super::rheology;
 use super::verdict::{Grade, Verdict};
 
 /// Everything about one run.
@@ -32,6 +33,7 @@ pub(super) fn html(sections: &[Section]) -> String {
     );
     if sections.len() > 1 {
         overview(&mut page, sections);
+        rheology::comparison(&mut page, sections);
     }
     for (k, section) in sections.iter().enumerate() {
         run_section(&mut page, k, section);
@@ -97,6 +99,7 @@ fn run_section(page: &mut String, k: usize, section: &Section) {
     }
     page.push_str("</ul></div>\n");
     pictures(page, run, shown);
+    rheology::of_run(page, run);
     plots(page, run);
     tables(page, run);
     page.push_str("</section>\n");

@@ -28,20 +28,20 @@ pub(super) struct Plot<'a> {
     pub strip: &'a [String],
 }
 
-/// A position on an axis.
-struct Axis {
-    low: f64,
-    high: f64,
-    logarithmic: bool,
+/// A position on an axis; `low` and `high` are logarithms (base 10) where it is logarithmic.
+pub(super) struct Axis {
+    pub low: f64,
+    pub high: f64,
+    pub logarithmic: bool,
 }
 
 impl Axis {
-    fn place(&self, value: f64) -> f64 {
+    pub fn place(&self, value: f64) -> f64 {
         let v = if self.logarithmic { value.log10() } else { value };
         (v - self.low) / (self.high - self.low)
     }
 
-    fn ticks(&self, wanted: f64) -> Vec<(f64, String)> {
+    pub fn ticks(&self, wanted: f64) -> Vec<(f64, String)> {
         if self.logarithmic {
             let stride = ((self.high - self.low) / wanted).ceil().max(1.0) as i32;
             let (first, last) = (self.low.ceil() as i32, self.high.floor() as i32);
@@ -73,7 +73,7 @@ fn number(value: f64, step: f64, largest: f64) -> String {
     }
 }
 
-fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+pub(super) fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let (low, high) =
         values.filter(|v| v.is_finite()).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
     (low <= high).then_some((low, high))

@@ -40,6 +40,7 @@ pub(super) fn of_run(run: &RunData, shown: &Shown) -> Verdict {
     steps(run, &mut findings);
     defects(run, &mut findings);
     finite(run, shown, &mut findings);
+    gates(run, &mut findings);
     findings.extend(run.notes.iter().map(|note| (Grade::Doubtful, note.clone())));
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.0));
     let grade = findings.iter().map(|finding| finding.0).max().unwrap_or(Grade::Good);
@@ -100,6 +101,21 @@ fn defects(run: &RunData, findings: &mut Vec<(Grade, String)>) {
             _ => (Grade::Bad, "the balance is broken"),
         };
         findings.push((grade, format!("{} {value:.1e}: {word}", name.replace('_', " "))));
+    }
+}
+
+/// Quality gates of a rheometer that are missed or nearly so, and samples that failed.
+fn gates(run: &RunData, findings: &mut Vec<(Grade, String)>) {
+    let Some(summary) = &run.summary else { return };
+    let words = |name: &str| summary.get(name).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
+    for (name, grade, word) in
+        [("gates_missed", Grade::Bad, "not to be believed"), ("gates_doubtful", Grade::Doubtful, "doubtful")]
+    {
+        findings.extend(words(name).iter().filter_map(Value::as_str).map(|gate| (grade, format!("{gate}: {word}"))));
+    }
+    let failed = words("failed_samples").len();
+    if failed > 0 {
+        findings.push((Grade::Bad, format!("{failed} samples failed and are left out of the means")));
     }
 }
 

@@ -4,7 +4,7 @@
 //! tree, edit      ── text ↔ tree with places; paths, --set, writing
 //! quantity        ── units and ranges
 //! field, declare  ── from tree to typed values in SI; the macros that declare sections
-//! strands, materials, solids, motion, time, output, film, contact, liquid   ── the sections
+//! strands, materials, solids, motion, time, output, film, contact, liquid, microgel   ── the sections
 //! presets         ── materials by name
 //! checks          ── what must fit together; sizes
 //! expand          ── single strands from their groups (with generators, obj and random)
@@ -28,6 +28,7 @@ mod generators;
 pub mod liquid;
 pub mod load;
 pub mod materials;
+pub mod microgel;
 pub mod motion;
 mod obj;
 pub mod output;
@@ -51,6 +52,7 @@ use field::Field;
 use film::FilmModel;
 use liquid::Liquid;
 use materials::{FibreProperties, Material};
+use microgel::Microgel;
 use motion::{Motion, Script};
 use nalgebra::Vector3;
 use output::Output;
@@ -83,8 +85,8 @@ section! {
         include: Vec<String> = [Vec::new()] () "";
         /// Seed of everything drawn at random.
         seed: u64 = [0] () "Same scene and seed give the same bytes.";
-        /// Time span and step.
-        time: TimeSpan = [required] () "";
+        /// Time span and step; required, but for a scene with `microgel`, where the experiment decides them.
+        time: TimeSpan = [TimeSpan::left_open()] () "";
         /// Gravity.
         gravity: Vector3<f64> = [Vector3::new(0.0, -9.81, 0.0)] (Acceleration) "";
         /// Drag of still air on strands: force per length and velocity.
@@ -103,6 +105,8 @@ section! {
         contact: Contact = [blank] () "";
         /// Bulk liquid.
         liquid: Option<Liquid> = [None] () "";
+        /// Soft grains in the rheometer; a scene of its own kind, without strands, solids or liquid.
+        microgel: Option<Microgel> = [None] () "";
         /// Solvers.
         solver: Solver = [blank] () "";
         /// Components to switch off.

@@ -56,6 +56,20 @@ section! {
     }
 }
 
+impl TimeSpan {
+    /// No time span: none was written.
+    #[must_use]
+    pub fn left_open() -> TimeSpan {
+        TimeSpan { end: 0.0, step: StepControl::Fixed(0.0), integrator: Integrator::ImplicitEuler }
+    }
+
+    /// Whether none was written.
+    #[must_use]
+    pub fn is_left_open(&self) -> bool {
+        self.end == 0.0
+    }
+}
+
 choice! {
     /// The matrix of the rods' Newton iteration.
     pub enum RodHessian {

@@ -3,6 +3,7 @@
 //! ```text
 //! settings   the experiments a scene can name; the whole `microgel` section
 //! drive      segments: prescribed strain, rate or stress as functions of time
+//! program    the order of all steps, from the packing to the last segment
 //! rheometer  prepares and drives a sample by a program that can be saved and resumed at any step
 //! result     moduli, steady values and quality gates of a finished run
 //! ensemble   many seeds in parallel
@@ -10,12 +11,14 @@
 
 mod drive;
 pub mod ensemble;
+mod program;
 mod result;
 mod rheometer;
 mod settings;
 
 pub use drive::{Drive, Segment, Wave};
 pub use ensemble::{Ensemble, run_ensemble};
+pub use program::program;
 pub use result::{Gate, GateLevel, Measure, Moduli, SegmentResult, Summary};
 pub use rheometer::{Progress, Rheometer, Signal};
 pub use settings::{Experiment, MicrogelSettings, Oscillation, Tone};

@@ -1,13 +1,14 @@
 //! The state machine of one sample: every call does one time step, and everything between calls can be saved.
 
-use super::drive::{Drive, Segment, segments};
+use super::drive::{Drive, Segment};
+use super::program::program;
 use super::settings::MicrogelSettings;
 use crate::assembly::{Assembly, Plates};
 use crate::cell::Cell;
 use crate::error::GranularError;
 use crate::model::{ContactKind, Dimension, Mode};
 use crate::preparation::links::{direct_links, join_isolated, particles, remove_links, tallest};
-use crate::preparation::schedule::{Operation, preparation, step_sizes};
+use crate::preparation::schedule::Operation;
 use crate::preparation::{Cut, cut_into_particles, random_packing};
 use crate::random::Random;
 use crate::spheres::{SphereSample, random_balls};
@@ -129,13 +130,7 @@ impl Rheometer {
         random: Random,
         packing: f64,
     ) -> Result<Self, GranularError> {
-        let segments = segments(settings);
-        let amplitude = settings.experiment.smallest_amplitude();
-        // The steps of the preparation are the published ones; only the measurement feels the step factor.
-        let sizes = step_sizes(&settings.model, amplitude);
-        let cycle = segments.first().map_or(1.0, |s| s.damping.powf(sizes.dt / s.dt));
-        let mut program = preparation(&settings.model, &settings.preparation, amplitude, cycle, settings.plates());
-        program.extend((0..segments.len()).map(Operation::Drive));
+        let (program, segments) = program(settings);
         Ok(Self {
             settings: settings.clone(),
             initial_height: assembly.cell().height,

@@ -262,7 +262,7 @@ fn distinct_names(scenes: &[PathBuf]) -> miette::Result<Vec<String>> {
 }
 
 fn results_csv(rows: &[Row]) -> String {
-    const FIGURES: [&str; 8] = [
+    const FIGURES: [&str; 12] = [
         "status",
         "time",
         "steps",
@@ -270,6 +270,10 @@ fn results_csv(rows: &[Row]) -> String {
         "mass_defect",
         "momentum_defect",
         "liquid_mass_defect",
+        "g_prime",
+        "g_prime_sd",
+        "g_double_prime",
+        "g_double_prime_sd",
         "seconds",
     ];
     let mut text = format!("scene,folder,verdict,{},message\n", FIGURES.join(","));

@@ -104,7 +104,9 @@ fn tell(outcome: &RunOutcome, json: bool) -> Exit {
         }
         Ending::Failed(failure) => {
             eprintln!("the run failed at t = {} s: {}", failure.time, failure.rejection);
-            eprintln!("  the step was halved down to {:.3e} s without success", failure.dt);
+            if outcome.summary.get("rejected_steps").and_then(serde_json::Value::as_u64).unwrap_or(0) > 1 {
+                eprintln!("  the step was halved down to {:.3e} s without success", failure.dt);
+            }
             if let Some(path) = &outcome.saved {
                 eprintln!("  the last good state is saved in {}", path.display());
             }

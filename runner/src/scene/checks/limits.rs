@@ -21,6 +21,16 @@ impl Checker<'_> {
     pub(super) fn time(&mut self) {
         let time = &self.scene.time;
         let place = Path::default().field("time");
+        if time.is_left_open() {
+            let message = "the scene needs a field `time`";
+            self.refuse(
+                ProblemKind::MissingField,
+                &Path::default(),
+                message,
+                "add `time: (end: …, step: Adaptive(max: …))`: when the run ends and how it steps",
+            );
+            return;
+        }
         let (step, at) = match &time.step {
             StepControl::Fixed(step) => (*step, place.field("step")),
             StepControl::Adaptive(step) => {
@@ -93,19 +103,24 @@ impl Checker<'_> {
         }
     }
 
+    /// When the run ends [s].
+    fn end(&self) -> f64 {
+        crate::microgel::schedule_of(self.scene).map_or(self.scene.time.end, |schedule| schedule.end)
+    }
+
     pub(super) fn output(&mut self) {
         let place = Path::default().field("output");
         let output = &self.scene.output;
         let clocks = [("frames", &output.frames), ("series", &output.series), ("checkpoint", &output.checkpoint)];
         for (name, clock) in clocks {
             let at = place.field(name);
-            let end = self.scene.time.end;
+            let end = self.end();
             #[allow(clippy::cast_precision_loss)]
             let count = match clock {
                 Clock::Every(period) => end / period,
                 Clock::Count(count) => *count as f64,
                 Clock::At(times) => {
-                    if let Some(late) = times.iter().find(|&&time| time > end) {
+                    if let Some(late) = times.iter().find(|&&time| time > end && end > 0.0) {
                         let message = format!("`{name}` asks for {late} s, but the run ends at {end} s");
                         self.inconsistent(&at, message, "remove the time, or make the run longer");
                     }

@@ -2,6 +2,7 @@
 
 mod limits;
 mod materials;
+mod microgel;
 mod motions;
 mod strands;
 mod volumes;
@@ -37,7 +38,11 @@ pub fn check(scene: &Scene, root: &Node, files: &[SourceFile]) -> Vec<Problem> {
     if let Some(liquid) = &scene.liquid {
         checker.liquid(liquid);
     }
-    checker.time();
+    if let Some(microgel) = &scene.microgel {
+        checker.microgel(microgel);
+    } else {
+        checker.time();
+    }
     checker.memory();
     checker.output();
     checker.problems

@@ -1,0 +1,275 @@
+//! What a run of soft grains found: moduli with error bars, Lissajous curves, and whether two samples differ.
+
+use std::fmt::Write as _;
+
+use granular::frame::colour;
+use granular::statistics::{Estimate, holm, welch};
+use serde_json::Value;
+
+use super::data::RunData;
+use super::page::Section;
+use super::plot::{self, Axis, escape};
+
+const HEIGHT: f64 = 300.0;
+const LEFT: f64 = 74.0;
+const RIGHT: f64 = 12.0;
+const TOP: f64 = 26.0;
+const BOTTOM: f64 = 40.0;
+/// Runs compared with each other at most.
+const COMPARED: usize = 8;
+
+/// Points of one colour, joined by a line, with error bars where `error` is not zero.
+struct Curve {
+    name: &'static str,
+    ink: String,
+    points: Vec<[f64; 2]>,
+    error: Vec<f64>,
+}
+
+impl Curve {
+    fn new(name: &'static str, rgb: [u8; 3]) -> Curve {
+        let ink = format!("#{:02x}{:02x}{:02x}", rgb[0], rgb[1], rgb[2]);
+        Curve { name, ink, points: Vec::new(), error: Vec::new() }
+    }
+}
+
+fn number(value: &Value, path: &[&str]) -> Option<f64> {
+    path.iter().try_fold(value, |value, step| value.get(step))?.as_f64().filter(|x| x.is_finite())
+}
+
+fn numbers(value: &Value, name: &str) -> Vec<f64> {
+    value.get(name).and_then(Value::as_array).map_or(Vec::new(), |list| list.iter().filter_map(Value::as_f64).collect())
+}
+
+fn list<'a>(value: &'a Value, name: &str) -> &'a [Value] {
+    value.get(name).and_then(Value::as_array).map_or(&[], Vec::as_slice)
+}
+
+/// Moduli, their plot and Lissajous curves of a run; nothing for other runs.
+pub(super) fn of_run(page: &mut String, run: &RunData) {
+    let Some(rheology) = &run.rheology else { return };
+    let headline = rheology.get("headline").and_then(Value::as_str).unwrap_or("bulk");
+    let moduli = list(rheology, "moduli");
+    let curves = list(rheology, "lissajous");
+    if moduli.is_empty() && curves.is_empty() {
+        return;
+    }
+    page.push_str("<h2>Rheology</h2>\n");
+    table(page, moduli, headline);
+    page.push_str("<div class=\"plots\">");
+    let different = |name: &str| {
+        let first = moduli.first().and_then(|m| number(m, &[name]));
+        moduli.iter().any(|m| number(m, &[name]) != first)
+    };
+    for (name, label) in [("amplitude", "strain amplitude"), ("frequency", "frequency [Hz]")] {
+        if different(name) {
+            let mut storage = Curve::new("G′", [0, 114, 178]);
+            let mut loss = Curve::new("G″", [213, 94, 0]);
+            for (curve, which) in [(&mut storage, "g_prime"), (&mut loss, "g_double_prime")] {
+                for m in moduli {
+                    if let (Some(x), Some(y)) = (number(m, &[name]), number(m, &[headline, which, "mean"])) {
+                        curve.points.push([x, y]);
+                        curve.error.push(error_of(m, headline, which));
+                    }
+                }
+            }
+            let svg = chart(&[storage, loss], label, "Pa", true);
+            let _ = write!(page, "<figure><h3>Moduli against {name}</h3>{svg}</figure>\n");
+        }
+    }
+    for curve in curves {
+        let strain = numbers(curve, "strain");
+        let mut lines = Vec::new();
+        for (name, rgb) in [("surface", colour::SURFACE), ("overall", colour::OVERALL)] {
+            let mut line = Curve::new(if name == "surface" { "surface stress" } else { "overall stress" }, rgb);
+            line.points = strain.iter().zip(numbers(curve, name)).map(|(x, y)| [*x, y]).collect();
+            lines.push(line);
+        }
+        let amplitude = number(curve, &["amplitude"]).unwrap_or(f64::NAN);
+        let svg = chart(&lines, "strain", "Pa", false);
+        let _ = write!(page, "<figure><h3>Lissajous figure, last period at amplitude {amplitude}</h3>{svg}</figure>\n");
+    }
+    page.push_str("</div>\n");
+}
+
+/// Half width of the interval over samples, or the standard error of the only one.
+fn error_of(moduli: &Value, measure: &str, which: &str) -> f64 {
+    let figure = |name| number(moduli, &[measure, which, name]).unwrap_or(0.0);
+    if figure("count") > 1.0 { figure("half_width") } else { figure("standard_error_of_a_sample") }
+}
+
+fn table(page: &mut String, moduli: &[Value], headline: &str) {
+    if moduli.is_empty() {
+        return;
+    }
+    let _ = write!(
+        page,
+        "<p class=\"note\">± is the half width of the 95 % interval over the samples, or the standard error over the periods of a \
+         single one; the headline measure is the {headline} stress.</p><table><tr><th>Segment</th><th>Amplitude</th>\
+         <th>Frequency</th><th>G′</th><th>G″</th><th>G′ by surface</th><th>G′ by overall</th></tr>"
+    );
+    for m in moduli {
+        let cell = |measure: &str, which: &str| {
+            let value = number(m, &[measure, which, "mean"]).unwrap_or(f64::NAN);
+            format!("{value:.2} ± {:.2} Pa", error_of(m, measure, which))
+        };
+        let _ = write!(
+            page,
+            "<tr><td>{}</td><td>{}</td><td>{:.4e} Hz</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+            number(m, &["segment"]).unwrap_or(0.0),
+            number(m, &["amplitude"]).unwrap_or(f64::NAN),
+            number(m, &["frequency"]).unwrap_or(f64::NAN),
+            cell(headline, "g_prime"),
+            cell(headline, "g_double_prime"),
+            cell("surface", "g_prime"),
+            cell("overall", "g_prime"),
+        );
+    }
+    page.push_str("</table>\n");
+}
+
+/// Welch's test between all pairs of ensembles on the page, corrected for their number.
+pub(super) fn comparison(page: &mut String, sections: &[Section]) {
+    let of = |section: &Section, name: &str| -> Option<Estimate> {
+        serde_json::from_value(section.run.rheology.as_ref()?.get(name)?.clone())
+            .ok()
+            .filter(|e: &Estimate| e.count > 1)
+    };
+    let ensembles: Vec<(String, [Estimate; 2])> = sections
+        .iter()
+        .filter_map(|section| Some((section.run.title(), [of(section, "g_prime")?, of(section, "g_double_prime")?])))
+        .filter(|(_, both)| both.iter().any(|estimate| estimate.mean != 0.0))
+        .take(COMPARED)
+        .collect();
+    if ensembles.len() < 2 {
+        return;
+    }
+    let mut pairs = Vec::new();
+    for (a, first) in ensembles.iter().enumerate() {
+        for second in &ensembles[a + 1..] {
+            for (k, name) in ["G′", "G″"].into_iter().enumerate() {
+                pairs.push((&first.0, &second.0, name, welch(&first.1[k], &second.1[k])));
+            }
+        }
+    }
+    let corrected = holm(&pairs.iter().map(|pair| pair.3.p).collect::<Vec<f64>>());
+    page.push_str(
+        "<h2>Comparison of samples</h2>\n<p class=\"note\">Welch's test between the means over the seeds; p is corrected for the \
+         number of comparisons (Holm).</p><table><tr><th>First</th><th>Second</th><th></th><th>Difference</th><th>t</th><th>p</th></tr>",
+    );
+    for ((first, second, name, test), p) in pairs.iter().zip(corrected) {
+        let _ = write!(
+            page,
+            "<tr><td>{}</td><td>{}</td><td>{name}</td><td>{:.2} Pa</td><td>{:.2}</td><td>{p:.3}</td></tr>",
+            escape(first),
+            escape(second),
+            test.difference,
+            test.t
+        );
+    }
+    page.push_str("</table>\n");
+}
+
+fn axis(values: impl Iterator<Item = f64> + Clone, logarithmic: bool) -> Option<Axis> {
+    let logarithmic = logarithmic && values.clone().all(|v| v > 0.0);
+    let (low, high) = plot::range(values.map(|v| if logarithmic { v.log10() } else { v }))?;
+    let margin = if high > low { 0.06 * (high - low) } else { (0.1 * high.abs()).max(1e-300) };
+    Some(Axis { low: low - margin, high: high + margin, logarithmic })
+}
+
+/// A plot of curves against anything; logarithmic where asked for and possible.
+fn chart(curves: &[Curve], x_label: &str, unit: &str, logarithmic: bool) -> String {
+    let points = || curves.iter().flat_map(|curve| curve.points.iter());
+    let reach = curves.iter().flat_map(|curve| {
+        curve.points.iter().enumerate().flat_map(|(i, p)| {
+            let error = curve.error.get(i).copied().unwrap_or(0.0);
+            // a bar that reaches below zero does not forbid logarithms
+            [if p[1] - error > 0.0 { p[1] - error } else { p[1] }, p[1] + error]
+        })
+    });
+    let (Some(x_axis), Some(y_axis)) = (axis(points().map(|p| p[0]), logarithmic), axis(reach, logarithmic)) else {
+        return String::new();
+    };
+    let bottom = HEIGHT - BOTTOM;
+    let x = |v: f64| LEFT + x_axis.place(v).clamp(0.0, 1.0) * (plot::WIDTH - LEFT - RIGHT);
+    let y = |v: f64| {
+        let place = if y_axis.logarithmic && v <= 0.0 { 0.0 } else { y_axis.place(v) };
+        bottom - place.clamp(0.0, 1.0) * (bottom - TOP)
+    };
+    let mut svg = format!(
+        "<svg viewBox=\"0 0 {} {HEIGHT}\" role=\"img\" font-family=\"system-ui,sans-serif\" font-size=\"11\" fill=\"#444\">",
+        plot::WIDTH
+    );
+    for (value, label) in ticks(&y_axis, 5.0) {
+        let at = y(value);
+        let _ = write!(
+            svg,
+            "<path d=\"M{LEFT} {at:.1}H{:.1}\" stroke=\"#e4e7eb\"/><text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{label}</text>",
+            plot::WIDTH - RIGHT,
+            LEFT - 6.0,
+            at + 4.0
+        );
+    }
+    for (value, label) in ticks(&x_axis, 7.0) {
+        let at = x(value);
+        let _ = write!(
+            svg,
+            "<path d=\"M{at:.1} {TOP:.1}V{bottom:.1}\" stroke=\"#eef0f3\"/><text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{label}</text>",
+            bottom + 15.0
+        );
+    }
+    let _ = write!(
+        svg,
+        "<path d=\"M{LEFT} {TOP:.1}V{bottom:.1}H{:.1}\" fill=\"none\" stroke=\"#8a919b\"/><text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" fill=\"#777\">{x_label}</text><text x=\"4\" y=\"{:.1}\" fill=\"#777\">[{unit}]</text>",
+        plot::WIDTH - RIGHT,
+        plot::WIDTH - RIGHT,
+        bottom + 32.0,
+        bottom + 15.0
+    );
+    for (k, curve) in curves.iter().enumerate() {
+        let ink = &curve.ink;
+        let mut path = String::new();
+        for p in &curve.points {
+            let _ = write!(path, "{}{:.1} {:.1}", if path.is_empty() { 'M' } else { 'L' }, x(p[0]), y(p[1]));
+        }
+        let _ = write!(
+            svg,
+            "<path d=\"{path}\" fill=\"none\" stroke=\"{ink}\" stroke-width=\"1.4\" stroke-linejoin=\"round\"/>"
+        );
+        for (p, error) in curve.points.iter().zip(&curve.error) {
+            let (at, low, high) = (x(p[0]), y(p[1] - error), y(p[1] + error));
+            let _ = write!(
+                svg,
+                "<path d=\"M{at:.1} {low:.1}V{high:.1}M{:.1} {low:.1}h6M{:.1} {high:.1}h6\" stroke=\"{ink}\"/><circle cx=\"{at:.1}\" cy=\"{:.1}\" r=\"2.6\" fill=\"{ink}\"/>",
+                at - 3.0,
+                at - 3.0,
+                y(p[1])
+            );
+        }
+        let from = LEFT + 130.0 * k as f64;
+        let _ = write!(
+            svg,
+            "<path d=\"M{from:.1} 10h14\" stroke=\"{ink}\" stroke-width=\"2.5\"/><text x=\"{:.1}\" y=\"14\">{}</text>",
+            from + 18.0,
+            curve.name
+        );
+    }
+    svg.push_str("</svg>");
+    svg
+}
+
+/// Ticks by value; a logarithmic axis shorter than a decade gets 1, 2 and 5.
+fn ticks(axis: &Axis, wanted: f64) -> Vec<(f64, String)> {
+    if !axis.logarithmic {
+        return axis.ticks(wanted);
+    }
+    let (first, last) = (axis.low.floor() as i32, axis.high.ceil() as i32);
+    let factors: &[f64] = if axis.high - axis.low > wanted { &[1.0] } else { &[1.0, 2.0, 5.0] };
+    (first..=last)
+        .flat_map(|e| factors.iter().map(move |f| f * 10f64.powi(e)))
+        .filter(|v| (axis.low..=axis.high).contains(&v.log10()))
+        .map(|v| {
+            (v, if (1e-3..1e5).contains(&v) { format!("{}", (v * 1e6).round() / 1e6) } else { format!("{v:.0e}") })
+        })
+        .collect()
+}

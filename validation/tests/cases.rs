@@ -33,6 +33,36 @@ fn hard_scenes_meet_their_pass_conditions() {
 }
 
 #[test]
+fn rods_agree_with_their_references() {
+    group("rods");
+}
+
+#[test]
+fn contacts_agree_with_their_references() {
+    group("contact");
+}
+
+#[test]
+fn liquids_agree_with_their_references() {
+    group("liquid");
+}
+
+#[test]
+fn films_agree_with_their_references() {
+    group("film");
+}
+
+#[test]
+fn grains_agree_with_their_references() {
+    group("granular");
+}
+
+#[test]
+fn yarns_agree_with_their_references() {
+    group("yarn");
+}
+
+#[test]
 fn case_ids_are_distinct_and_their_defaults_are_accepted() {
     let cases = validation::cases::all();
     for pair in cases.windows(2) {

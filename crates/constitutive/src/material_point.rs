@@ -4,7 +4,7 @@ use nalgebra::SMatrix;
 
 use crate::error::RheologyError;
 use crate::liquid_law::{HerschelBulkley, Relaxed, elastic_trial};
-use crate::tearing::{is_torn, plastic_history, recover, torn_step};
+use crate::tearing::{is_torn, plastic_history, recover, torn_step_with};
 
 /// State of one liquid particle in `D` dimensions.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,7 +38,7 @@ impl<const D: usize> MaterialPoint<D> {
         dt: f64,
     ) -> Result<Relaxed<D>, RheologyError> {
         let (trial, applied) = if self.torn {
-            let step = torn_step(law.settings.torn, &self.elastic_strain, self.volume_ratio, f)?;
+            let step = torn_step_with(law.settings.torn, &self.elastic_strain, self.volume_ratio, f)?;
             (step.trial, step.applied)
         } else {
             (elastic_trial(&self.elastic_strain, f)?, *f)

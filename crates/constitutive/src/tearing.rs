@@ -55,6 +55,18 @@ pub struct TornStep<const D: usize> {
     pub applied: Tensor<D>,
 }
 
+/// [`torn_step_with`] under the default rule.
+///
+/// # Errors
+/// Those of [`elastic_trial`].
+pub fn torn_step<const D: usize>(
+    strain: &Tensor<D>,
+    volume_ratio: f64,
+    f: &Tensor<D>,
+) -> Result<TornStep<D>, RheologyError> {
+    torn_step_with(TornRule::default(), strain, volume_ratio, f)
+}
+
 /// Carries the strain of a torn particle through the deformation `f`: the largest principal strain may fall, not grow (it is
 /// released or held by `rule`), and a volume ratio above 1 may not grow.
 ///
@@ -64,7 +76,7 @@ pub struct TornStep<const D: usize> {
 ///
 /// # Errors
 /// Those of [`elastic_trial`].
-pub fn torn_step<const D: usize>(
+pub fn torn_step_with<const D: usize>(
     rule: TornRule,
     strain: &Tensor<D>,
     volume_ratio: f64,
@@ -152,18 +164,18 @@ mod tests {
     fn a_torn_particle_turns_but_does_not_stretch() {
         let b = strain();
         let stretch = Matrix3::new(1.3, 0.3, 0.0, -0.3, 1.1, 0.0, 0.0, 0.0, 1.0);
-        let torn = torn_step(TornRule::Hold, &b, 1.0, &stretch).unwrap();
+        let torn = torn_step_with(TornRule::Hold, &b, 1.0, &stretch).unwrap();
         let (before, after) = (symmetric_eigen(&b).values, symmetric_eigen(&torn.trial.strain).values);
         for v in before.iter() {
             assert!(after.iter().any(|w| (v - w).abs() < 1e-12));
         }
         assert_eq!(torn.trial.volume_factor, 1.0);
         assert!((determinant(&torn.applied) - 1.0).abs() < 1e-12);
-        let released = torn_step(TornRule::Release, &b, 1.0, &stretch).unwrap();
+        let released = torn_step_with(TornRule::Release, &b, 1.0, &stretch).unwrap();
         assert_eq!(released.trial.strain, Matrix3::identity());
         // compression and shortening pass unchanged
         let shrink = Matrix3::identity() * 0.99;
-        let torn = torn_step(TornRule::Release, &b, 1.0, &shrink).unwrap();
+        let torn = torn_step_with(TornRule::Release, &b, 1.0, &shrink).unwrap();
         assert_eq!(torn.applied, shrink);
         assert!((torn.trial.volume_factor - 0.99f64.powi(3)).abs() < 1e-15);
     }

@@ -3,7 +3,7 @@
 //! Linear time shows as equal time per element over the sizes.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use geometry::broad_phase::{BoxGrid, PointGrid};
+use geometry::broad_phase::{BoxGrid, PointGrid, SegmentGrid};
 use geometry::{Aabb, Vector3};
 use std::hint::black_box;
 
@@ -15,25 +15,57 @@ fn noise(i: usize, k: u64) -> f64 {
     ((h ^ (h >> 32)) >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// Wavy strands of 41 vertices, radius 50 µm, 2.5 radii apart, edges of 2.5 mm, running along `direction`.
-fn bundle(strands: usize, direction: Vector3) -> Vec<Aabb> {
+/// Wavy strands of 41 vertices, radius 50 µm, 2.5 radii apart, edges of 2.5 mm, running along `direction` and bent into an arc of
+/// `bend` radians.
+fn bundle(strands: usize, direction: Vector3, bend: f64) -> Vec<[Vector3; 2]> {
     let along = direction.normalize();
     let u = along.cross(&Vector3::new(0.3, 0.2, 1.0)).normalize();
     let v = along.cross(&u);
     let side = (strands as f64).sqrt().ceil() as usize;
-    let (radius, edge) = (5e-5, 2.5e-3);
+    let length = 40.0 * 2.5e-3;
     (0..strands)
         .flat_map(|s| {
-            let root = u * ((s % side) as f64 * 2.5 * radius) + v * ((s / side) as f64 * 2.5 * radius);
+            let (a, b) = ((s % side) as f64 * 2.5 * RADIUS, (s / side) as f64 * 2.5 * RADIUS);
             let vertex = move |k: usize| {
-                let wave = 0.3 * radius;
-                root + along * (k as f64 * edge)
-                    + u * (wave * (k as f64 + noise(s, 1)).sin())
-                    + v * (wave * (k as f64).cos())
+                let t = k as f64 / 40.0;
+                let wave = 0.3 * RADIUS;
+                let (a, b) = (a + wave * (k as f64 + noise(s, 1)).sin(), b + wave * (k as f64).cos());
+                if bend == 0.0 {
+                    return along * (t * length) + u * a + v * b;
+                }
+                // Concentric arcs in the plane of `along` and `u`.
+                let (r, angle) = (length / bend + a, bend * t);
+                along * (r * angle.sin()) + u * (r * angle.cos()) + v * b
             };
-            (0..40).map(move |k| Aabb::around_segment(&vertex(k), &vertex(k + 1), 1.2 * radius))
+            (0..40).map(move |k| [vertex(k), vertex(k + 1)])
         })
         .collect()
+}
+
+const RADIUS: f64 = 5e-5;
+
+fn segments(c: &mut Criterion) {
+    let mut group = c.benchmark_group("geometry/segment_pairs");
+    group.sample_size(10);
+    for strands in [137, 548, 2192] {
+        let diagonal = Vector3::new(1.0, 1.0, 1.0);
+        let cases = [
+            ("bundle_axis", bundle(strands, Vector3::x(), 0.0)),
+            ("bundle_diagonal", bundle(strands, diagonal, 0.0)),
+            ("bundle_quarter_arc", bundle(strands, diagonal, 1.57)),
+        ];
+        for (name, segments) in cases {
+            let reach = vec![1.2 * RADIUS; segments.len()];
+            let (mut grid, mut pairs) = (SegmentGrid::default(), Vec::new());
+            let neighbours = |i: u32, j: u32| i / 40 == j / 40 && j - i < 2;
+            group.throughput(Throughput::Elements(segments.len() as u64));
+            group.bench_function(BenchmarkId::new(name, segments.len()), |b| {
+                b.iter(|| grid.near_pairs(black_box(&segments), &reach, neighbours, &mut pairs).unwrap());
+            });
+            eprintln!("{name}/{}: {} pairs", segments.len(), pairs.len());
+        }
+    }
+    group.finish();
 }
 
 fn cloud(n: usize) -> Vec<Aabb> {
@@ -62,10 +94,6 @@ fn boxes(c: &mut Criterion) {
         });
         eprintln!("{name}/{}: {} pairs", boxes.len(), pairs.len());
     };
-    for strands in [137, 548, 2192] {
-        run("bundle_axis", bundle(strands, Vector3::x()));
-        run("bundle_diagonal", bundle(strands, Vector3::new(1.0, 1.0, 1.0)));
-    }
     for n in [5_000, 20_000, 80_000] {
         run("cloud", cloud(n));
     }
@@ -93,5 +121,5 @@ fn points(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, boxes, points);
+criterion_group!(benches, segments, boxes, points);
 criterion_main!(benches);

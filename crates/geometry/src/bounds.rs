@@ -15,21 +15,22 @@ impl Aabb {
     /// The box that holds nothing; grows by [`Aabb::include`] and [`Aabb::merge`].
     pub const EMPTY: Aabb = Aabb { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
 
-    /// The box around one point with a margin on every side [m].
+    /// The box around one point with a margin on every side [m]. What is not finite makes a box that is not valid.
     #[must_use]
     pub fn around(point: &Vector3, margin: f64) -> Aabb {
-        let mut bounds = Aabb::EMPTY;
-        bounds.include(point);
-        bounds.inflated(margin)
+        Aabb::around_segment(point, point, margin)
     }
 
-    /// The box around a segment with a margin (its radius, say) on every side [m].
+    /// The box around a segment with a margin (its radius, say) on every side [m]. What is not finite makes a box that is not
+    /// valid.
     #[must_use]
     pub fn around_segment(a: &Vector3, b: &Vector3, margin: f64) -> Aabb {
-        let mut bounds = Aabb::EMPTY;
-        bounds.include(a);
-        bounds.include(b);
-        bounds.inflated(margin)
+        // `min` and `max` pass over NaN in silence; the zero product does not.
+        let poison = |k: usize| 0.0 * (a[k] + b[k]);
+        Aabb {
+            min: std::array::from_fn(|k| a[k].min(b[k]) - margin + poison(k)),
+            max: std::array::from_fn(|k| a[k].max(b[k]) + margin + poison(k)),
+        }
     }
 
     /// Grows the box to hold a point.

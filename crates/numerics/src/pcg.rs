@@ -58,6 +58,12 @@ pub struct PcgScratch {
 }
 
 impl PcgScratch {
+    /// Residual `b − A x` where the last solve stopped (by its recurrence; of the last iterate, not the best).
+    #[must_use]
+    pub fn residual(&self) -> &[f64] {
+        &self.residual
+    }
+
     fn resize(&mut self, n: usize) {
         for v in [&mut self.residual, &mut self.preconditioned, &mut self.direction, &mut self.product, &mut self.best]
         {

@@ -4,7 +4,7 @@
 ///
 /// Everything that should profit must be inlined into `kernel`.
 #[inline]
-pub(crate) fn vectorised<R>(kernel: impl FnOnce() -> R) -> R {
+pub fn vectorised<R>(kernel: impl FnOnce() -> R) -> R {
     #[cfg(target_arch = "x86_64")]
     {
         #[target_feature(enable = "avx2")]

@@ -6,6 +6,7 @@
 //! blocks    ── the active blocks of 4^D cells, their neighbours, node indices
 //! scatter   ── particles to grid: affine (APIC) contributions, four quantities a node, summed in a fixed order
 //! gather    ── grid to particles: values and gradients of D fields, staggered (MAC) or collocated
+//! tile      ── a block with its halo, for matrix-free operators
 //! sample    ── the stencil of one point anywhere, for the few points that are not sorted particles
 //! ```
 //!
@@ -17,7 +18,7 @@
 //! nodes sit: [`mac_offset`] for face-normal components, [`CENTRE`] for cell centres, zero for corners.
 
 pub mod blocks;
-mod dispatch;
+pub mod dispatch;
 pub mod error;
 pub mod gather;
 mod lanes;
@@ -25,9 +26,10 @@ pub mod lattice;
 pub mod order;
 pub mod sample;
 pub mod scatter;
-mod tile;
+pub mod tile;
 
 pub use blocks::{BlockGrid, NONE};
+pub use dispatch::vectorised;
 pub use error::GridError;
 pub use gather::gather;
 pub use lanes::Lanes;

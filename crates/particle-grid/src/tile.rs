@@ -1,14 +1,16 @@
-//! A block with its halo as one small array: the private workspace of a transfer.
+//! A block with its halo as one small array: the private workspace of a transfer or of a matrix-free operator.
 //!
-//! A stencil of a particle in a block reaches one node below the block and two above it, so a tile is seven nodes wide.
+//! A stencil of a particle in a block reaches one node below the block and two above it, so a tile is seven nodes wide. An
+//! operator loads a tile per field, works on it, writes a tile of results, and [`sum`] adds the tiles into fields.
 
 use crate::blocks::{BlockGrid, NONE};
 use crate::lattice::{BLOCK, cells_per_block};
+use rayon::prelude::*;
 
 /// Nodes of a tile per direction: one below the block, four in it, two above.
-pub(crate) const WIDTH: usize = BLOCK + 3;
+pub const WIDTH: usize = BLOCK + 3;
 /// Stride of a row of a scalar tile; one entry of padding lets four entries be read at any node.
-pub(crate) const ROW: usize = 8;
+pub const ROW: usize = 8;
 
 /// Number of nodes of a tile.
 pub(crate) const fn tile_len<const D: usize>() -> usize {
@@ -16,7 +18,8 @@ pub(crate) const fn tile_len<const D: usize>() -> usize {
 }
 
 /// Number of entries of a scalar tile with padded rows.
-pub(crate) const fn padded_len<const D: usize>() -> usize {
+#[must_use]
+pub const fn padded_len<const D: usize>() -> usize {
     ROW * WIDTH.pow(D as u32 - 1)
 }
 
@@ -54,7 +57,7 @@ pub(crate) fn for_rows<const D: usize>(offset: &[i32; D], width: usize, mut row:
 
 /// Copies the nodes around a block into a scalar tile with padded rows; inactive nodes read as zero.
 #[inline(always)]
-pub(crate) fn load<const D: usize>(grid: &BlockGrid<D>, block: usize, field: &[f64], tile: &mut [f64]) {
+pub fn load<const D: usize>(grid: &BlockGrid<D>, block: usize, field: &[f64], tile: &mut [f64]) {
     tile.fill(0.0);
     let per = cells_per_block::<D>();
     for (slot, &neighbour) in grid.neighbours(block).iter().enumerate().take(BlockGrid::<D>::NEIGHBOURS) {
@@ -66,4 +69,26 @@ pub(crate) fn load<const D: usize>(grid: &BlockGrid<D>, block: usize, field: &[f
         let offset = BlockGrid::<D>::slot_offset(slot).map(|o| -o);
         for_rows(&offset, ROW, |own, at, count| tile[at..at + count].copy_from_slice(&source[own..own + count]));
     }
+}
+
+/// Adds scalar tiles with padded rows, one set per occupied block, into a field (overwritten), in the order of the neighbour table.
+///
+/// - `tiles`: sets of `stride` numbers, by rank of the occupied block
+/// - `at`: where the tile of this field begins inside a set
+pub fn sum<const D: usize>(grid: &BlockGrid<D>, tiles: &[f64], stride: usize, at: usize, out: &mut [f64]) {
+    let per = cells_per_block::<D>();
+    out.par_chunks_mut(per).with_min_len(8).enumerate().for_each(|(block, nodes)| {
+        nodes.fill(0.0);
+        for (slot, &neighbour) in grid.neighbours(block).iter().enumerate().take(BlockGrid::<D>::NEIGHBOURS) {
+            if neighbour == NONE || grid.rank(neighbour as usize) == NONE {
+                continue;
+            }
+            let tile = &tiles[grid.rank(neighbour as usize) as usize * stride + at..][..padded_len::<D>()];
+            for_rows(&BlockGrid::<D>::slot_offset(slot), ROW, |own, from, count| {
+                for k in 0..count {
+                    nodes[own + k] += tile[from + k];
+                }
+            });
+        }
+    });
 }

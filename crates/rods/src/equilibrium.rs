@@ -48,11 +48,61 @@ pub struct EquilibriumReport {
 /// Newton's method copes: short steps far from equilibrium keep the way downhill, long ones end as pure Newton steps.
 /// Because every step lowers the energy, the end is a minimum (or a saddle approached exactly along its stable
 /// directions: perturb the start to leave it).
+///
+/// A thin strand can hardly stretch, which makes the way downhill a narrow curved valley. The descent therefore starts
+/// with the stretching stiffness reduced to a few thousand times the bending stiffness over length squared and
+/// restores it in stages; only the last stage, with the true stiffness, is judged.
 pub fn equilibrium(
     rods: &mut RodSet,
     loads: &Loads,
     boundary: &Boundary,
     settings: &EquilibriumSettings,
+) -> Result<EquilibriumReport, RodError> {
+    let mut stiffest = 0.0f64;
+    for s in 0..rods.strand_count() {
+        let length_scale = rods.bending_force_scale(s).max(weight(rods, s, loads));
+        let stiff = (0..rods.edges(s).len()).map(|j| stretch_stiffness(rods, s, j)).fold(0.0, f64::max);
+        if rods.bending_force_scale(s) > 0.0 {
+            stiffest = stiffest.max(stiff / length_scale);
+        }
+    }
+    let true_multipliers: Vec<f64> = rods.material.iter().map(|m| m.stretch_multiplier).collect();
+    let mut report = EquilibriumReport { steps: 0, iterations: 0, residual: 0.0, tolerance: 0.0 };
+    let mut reduction = if stiffest > 1e5 { 5e3 / stiffest } else { 1.0 };
+    loop {
+        for (m, t) in rods.material.iter_mut().zip(&true_multipliers) {
+            m.stretch_multiplier = t * reduction;
+        }
+        let stage = descend(rods, loads, boundary, settings, reduction == 1.0);
+        if reduction == 1.0 || stage.is_err() {
+            for (m, t) in rods.material.iter_mut().zip(&true_multipliers) {
+                m.stretch_multiplier = *t;
+            }
+        }
+        let stage = stage?;
+        report = EquilibriumReport {
+            steps: report.steps + stage.steps,
+            iterations: report.iterations + stage.iterations,
+            ..stage
+        };
+        if reduction == 1.0 {
+            return Ok(report);
+        }
+        reduction = if reduction > 0.03 { 1.0 } else { 30.0 * reduction };
+    }
+}
+
+fn weight(rods: &RodSet, strand: usize, loads: &Loads) -> f64 {
+    rods.strand_momentum(strand, loads).mass * loads.gravity.norm()
+}
+
+/// One descent with the present stiffness; `last` asks for the full accuracy.
+fn descend(
+    rods: &mut RodSet,
+    loads: &Loads,
+    boundary: &Boundary,
+    settings: &EquilibriumSettings,
+    last: bool,
 ) -> Result<EquilibriumReport, RodError> {
     let mut stepper = RodStepper::new(RodSettings {
         integrator: Integrator::ImplicitEuler,
@@ -80,9 +130,10 @@ pub fn equilibrium(
     if let Some(f) = loads.force {
         scale = f.iter().fold(scale, |m, f| m.max(f.amax()));
     }
-    let tolerance = settings.tolerance * scale + floor;
+    let tolerance = settings.tolerance.max(if last { 0.0 } else { 1e-5 }) * scale + floor;
     let mut dt = 0.05 * slow;
     let mut report = EquilibriumReport { steps: 0, iterations: 0, residual: f64::INFINITY, tolerance };
+    let mut polished = false;
     let rest = |rods: &mut RodSet| {
         rods.velocity.fill(Vector3::zeros());
         rods.twist_rate.fill(0.0);
@@ -114,7 +165,13 @@ pub fn equilibrium(
                 rest(rods);
                 report.residual = residual;
                 if residual <= tolerance && dt > 100.0 * slow {
-                    return Ok(report);
+                    if polished || !last {
+                        return Ok(report);
+                    }
+                    // one more, practically undamped Newton solve takes the rest away at no risk
+                    polished = true;
+                    dt = 1e6 * slow;
+                    continue;
                 }
                 if r.solve.iterations <= settings.max_iterations / 2 {
                     dt = (dt * if r.solve.iterations <= 6 { 6.0 } else { 2.0 }).min(1e9 * slow);

@@ -24,16 +24,23 @@ pub(crate) struct Scheme {
 }
 
 impl Scheme {
+    /// Whether the solve gives the middle of the step.
+    pub fn is_midpoint(&self) -> bool {
+        self.previous == 0.0 && self.tau < self.dt
+    }
+
     pub fn new(integrator: Integrator, dt: f64, rods: &RodSet) -> Self {
         match (integrator, &rods.history) {
             (Integrator::ImplicitMidpoint, _) => Scheme { integrator, dt, tau: 0.5 * dt, previous: 0.0 },
-            // a step that grows too fast leaves the stability range of the variable-step formula: start anew with one Euler step
             (Integrator::Bdf2, Some(history)) if dt <= 2.0 * history.dt => {
                 let w = dt / history.dt;
                 let share = 1.0 / (1.0 + 2.0 * w);
                 Scheme { integrator, dt, tau: dt * (1.0 + w) * share, previous: -w * w * share }
             }
-            _ => Scheme { integrator, dt, tau: dt, previous: 0.0 },
+            // the first step, and one that grows beyond the stability range of the variable-step formula, is one of implicit
+            // Euler: its error enters once, so the order stays two, and unlike a midpoint step it leaves no stretch behind
+            (Integrator::Bdf2, _) => Scheme { integrator, dt, tau: dt, previous: 0.0 },
+            (Integrator::ImplicitEuler, _) => Scheme { integrator, dt, tau: dt, previous: 0.0 },
         }
     }
 }
@@ -334,7 +341,7 @@ impl Group {
             }
             let predicted = self.predicted(rods, scheme, s, f.dof);
             let mut du = f.target - predicted;
-            if scheme.integrator == Integrator::ImplicitMidpoint {
+            if scheme.is_midpoint() {
                 du *= 0.5;
             }
             self.u[f.dof / 4][f.dof % 4][l] = du;
@@ -454,7 +461,7 @@ impl Group {
     pub fn scatter(&self, l: usize, scheme: &Scheme, out: StrandMut, had_history: bool) {
         let nv = self.nv;
         let inv_tau = 1.0 / scheme.tau;
-        let midpoint = scheme.integrator == Integrator::ImplicitMidpoint;
+        let midpoint = scheme.is_midpoint();
         let two_step = had_history && scheme.previous != 0.0;
         let StrandMut { position, velocity, reference_twist, twist_angle, twist_rate, reference_director, history } =
             out;

@@ -33,19 +33,27 @@ impl Scratch {
     }
 }
 
-/// Largest force and torque residual.
+/// Largest force and torque residual; not a number if any entry is not finite.
 struct Residual<'a>(&'a [[F4; 4]]);
 impl LaneKernel for Residual<'_> {
     type Output = (F4, F4);
     #[inline(always)]
     fn run<L: Lane<Memory = F4>>(self) -> (F4, F4) {
-        let (mut force, mut torque) = (L::splat(0.0), L::splat(0.0));
+        let zero = L::splat(0.0);
+        let (mut force, mut torque, mut poison) = (zero, zero, zero);
         for g in self.0 {
-            for c in 0..3 {
-                force = force.max(L::load(&g[c]).abs());
+            for c in 0..4 {
+                let r = L::load(&g[c]).abs();
+                // a comparison would overlook what is not a number; its product with zero is not zero
+                poison += r * zero;
+                if c < 3 {
+                    force = force.max(r);
+                } else {
+                    torque = torque.max(r);
+                }
             }
-            torque = torque.max(L::load(&g[3]).abs());
         }
+        let force = force + poison;
         let mut out = (F4::ZERO, F4::ZERO);
         force.store(&mut out.0);
         torque.store(&mut out.1);
@@ -348,6 +356,9 @@ impl Group {
                 }
                 let (t, report) = (&self.tolerance[l], &mut self.reports[l]);
                 report.residual = (force[l] / t.force).max(torque[l] / t.torque);
+                if force[l].is_nan() {
+                    report.residual = f64::INFINITY;
+                }
                 // a full exact Newton step this small leaves an error far below itself
                 let settled = last_exact[l]
                     && alpha[l] == 1.0

@@ -190,7 +190,7 @@ impl RodSet {
         let mut d1 = match spec.director {
             Some(d) => {
                 let n = d - tangents[0] * tangents[0].dot(&d);
-                if !(n.norm() > 1e-6 * d.norm()) {
+                if n.norm() <= 1e-6 * d.norm() || !n.norm().is_finite() {
                     return bad(0, "the director lies along the first edge");
                 }
                 n.normalize()
@@ -328,7 +328,7 @@ impl RodSet {
                 let bad = |reason| Err(RodError::Geometry { strand: s, vertex: j, reason });
                 let (t, l) = self.tangent(s, j);
                 let d = self.reference_director[e];
-                if !(l > 0.0) || !self.twist_angle[e].is_finite() || !self.twist_rate[e].is_finite() {
+                if l <= 0.0 || !l.is_finite() || !self.twist_angle[e].is_finite() || !self.twist_rate[e].is_finite() {
                     return bad("edge without length or angle not finite");
                 }
                 if !(t.dot(&d).abs() < 1e-6 && (d.norm() - 1.0).abs() < 1e-6) {
@@ -337,7 +337,7 @@ impl RodSet {
                 if j > 0 {
                     let (_, twist) = self.element(s, j);
                     let stored = self.reference_twist[first + j] + self.twist_angle[e] - self.twist_angle[e - 1];
-                    if !((twist - stored).abs() < 1e-6) {
+                    if (twist - stored).abs() > 1e-6 || !twist.is_finite() {
                         return bad("reference twist does not belong to the directors");
                     }
                 }

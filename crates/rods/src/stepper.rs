@@ -32,7 +32,7 @@ pub struct RodStepper {
     place: Vec<(usize, usize)>,
     layout: Vec<usize>,
     scheme: Option<Scheme>,
-    pool: Mutex<Vec<Box<Scratch>>>,
+    pool: Mutex<Vec<Scratch>>,
 }
 
 /// The inverse of one strand's step matrix `K` (velocity from impulse), with prescribed entries at zero.
@@ -217,8 +217,9 @@ impl RodStepper {
         for (i, v) in group.gradient.iter().enumerate() {
             for c in 0..4 {
                 let r = v[c][l].abs() / if c < 3 { tolerance.force } else { tolerance.torque };
-                if !(r <= largest) {
-                    largest = if r.is_finite() { r } else { f64::INFINITY };
+                let r = if r.is_nan() { f64::INFINITY } else { r };
+                if r > largest {
+                    largest = r;
                     out.worst_vertex = i;
                 }
             }
@@ -230,7 +231,7 @@ impl RodStepper {
             Status::Converged => None,
             Status::NonFinite => Some(RodError::NonFinite { strand, vertex, what: "the energy" }),
             _ if report.folded => Some(RodError::Folded { strand, vertex }),
-            _ if !(report.residual <= 1e3) => Some(RodError::NotConverged {
+            _ if report.residual > 1e3 => Some(RodError::NotConverged {
                 strand,
                 vertex,
                 status: report.status,
@@ -491,11 +492,11 @@ fn chunk_size(groups: usize) -> usize {
     groups.div_ceil(64).clamp(1, 16)
 }
 
-fn take(pool: &Mutex<Vec<Box<Scratch>>>) -> Box<Scratch> {
+fn take(pool: &Mutex<Vec<Scratch>>) -> Scratch {
     pool.lock().ok().and_then(|mut p| p.pop()).unwrap_or_default()
 }
 
-fn give(pool: &Mutex<Vec<Box<Scratch>>>, scratch: Box<Scratch>) {
+fn give(pool: &Mutex<Vec<Scratch>>, scratch: Scratch) {
     if let Ok(mut p) = pool.lock() {
         p.push(scratch);
     }

@@ -146,14 +146,14 @@ impl RodSet {
         slowest(&self.vibration_matrix(strand, loads, boundary))
     }
 
-    /// Bending stiffness over length squared \[N\]: the force scale of a strand without load.
+    /// Smaller bending stiffness over length squared \[N\]: the force scale of a strand without load.
     #[must_use]
     pub fn bending_force_scale(&self, strand: usize) -> f64 {
         let n = self.edges(strand).len();
         let length: f64 = self.rest_length[self.edges(strand)].iter().sum();
         let bend = (1..n).map(|i| {
             let (c0, c1, _) = bend_twist_stiffness(self, strand, i);
-            c0.max(c1) * self.vertex_length(strand, i)
+            2.0 * c0.min(c1) * self.vertex_length(strand, i)
         });
         bend.fold(0.0, f64::max) / (length * length)
     }

@@ -100,7 +100,7 @@ fn bits_do_not_depend_on_grouping_or_threads() {
             }
             let mut boundary = Boundary::default();
             for s in 0..which.len() {
-                if which[s] % 2 == 0 {
+                if which[s].is_multiple_of(2) {
                     boundary.clamp(&rods, s, End::Root);
                 }
             }

@@ -29,6 +29,7 @@ pub mod limits;
 mod model;
 mod nodes;
 mod report;
+pub mod scenes;
 pub mod settings;
 mod state;
 mod step;

@@ -5,11 +5,12 @@
 //! answering for edges and bending, quadrature masses for the sections:
 //!
 //! ```text
-//! ω² ≤ 4 K_e/((1 − s₃) ρ l²) + 16 B φ⁻²/((1 − s₃) ρ A l⁴),   K_e = max(k, 2γ)
-//! ω² ≤ 4 K_c/(s₃ ρ dx²),                                   K_c = max((2μ + λ)(1 − ln s), 2γ)
+//! ω² ≤ 4 K_e/((1 − s₃) ρ l²) + 16 B φ⁻²/((1 − s₃) ρ A l⁴),   K_e = max(k, k (1 − 1/a) + G/a²)
+//! ω² ≤ 4 K_c/(s₃ ρ dx²),                                   K_c = max((2μ + λ)(1 − ln s), G)
 //! ```
 //!
-//! and symplectic Euler is stable for `ω dt < 2`. `φ = (1 + cos θ)/2` of the sharpest bend.
+//! and symplectic Euler is stable for `ω dt < 2`. `G = 2 γ |F₂|² + |h'|` is the shear that edges and sections share, `a` the
+//! stretch, `s` the most compressed section, `φ = (1 + cos θ)/2` the sharpest bend.
 
 use constitutive::yarn::{YarnFrame, bend};
 use rayon::prelude::*;
@@ -87,7 +88,19 @@ fn wave_limits<const D: usize>(settings: &YarnSettings, model: &YarnModel<D>, st
                 let law = &material.law;
                 let length2 = model.rest_length[i] * model.rest_length[i];
                 let mass = (1.0 - share) * material.density * model.volume[i];
-                let stiffness = law.stretch_modulus.max(2.0 * law.shear_modulus) * model.volume[i];
+                let frame = YarnFrame::new(&state.deformation[i]);
+                let (mut least, mut most) = (1.0f64, 0.0f64);
+                for a in 0..D - 1 {
+                    least = least.min(frame.section[a].max(law.min_section));
+                    most = most.max(frame.section[a] * frame.section[a]);
+                }
+                let contact = 2.0 * law.mu + law.lambda;
+                let pressure = -contact * least.ln();
+                let section2 = most + frame.shear[0] * frame.shear[0] + frame.shear[1] * frame.shear[1];
+                let shear = 2.0 * law.shear_modulus * section2 + pressure / least;
+                let taut = law.stretch_modulus * (1.0 - 1.0 / frame.stretch).max(0.0);
+                let across = taut + shear / (frame.stretch * frame.stretch).max(1e-2);
+                let stiffness = law.stretch_modulus.max(across) * model.volume[i];
                 let mut rate2 = 4.0 * stiffness / (mass * length2);
                 if model.is_inner(i) {
                     rate2 += match material.bending {
@@ -103,13 +116,7 @@ fn wave_limits<const D: usize>(settings: &YarnSettings, model: &YarnModel<D>, st
                     };
                 }
                 edge_rate2 = edge_rate2.max(rate2);
-                let frame = YarnFrame::new(&state.deformation[i]);
-                let mut least = 1.0f64;
-                for a in 0..D - 1 {
-                    least = least.min(frame.section[a].max(law.min_section));
-                }
-                let contact = (2.0 * law.mu + law.lambda) * if least < 1.0 { 1.0 - least.ln() } else { 1.0 };
-                let modulus = contact.max(2.0 * law.shear_modulus);
+                let modulus = (contact + pressure).max(shear);
                 section_rate2 = section_rate2.max(4.0 * modulus / (section_share * material.density * cell2));
             }
             (2.0 / edge_rate2.sqrt(), 2.0 / section_rate2.sqrt())

@@ -1,9 +1,11 @@
 //! The yarn system: settings, model, state, and `advance`.
 
 use std::path::Path;
+use std::sync::OnceLock;
 
 use nalgebra::SVector;
 use particle_grid::Lattice;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::boundary::Boundary;
 use crate::diagnostics;
@@ -14,6 +16,21 @@ use crate::report::{Energy, Momentum, StepLimit, StepReport, YarnFrameData};
 use crate::settings::{OversizedStep, YarnSettings, gravity};
 use crate::state::YarnState;
 use crate::step::{Scratch, Setting, step};
+
+/// Below this number of vertices a step takes less time than sharing it out.
+const SMALL: usize = 3000;
+
+/// Runs `work` on one thread, without handing pieces of it to others; results do not depend on it.
+fn alone<R: Send>(work: impl FnOnce() -> R + Send) -> R {
+    static POOL: OnceLock<Option<ThreadPool>> = OnceLock::new();
+    if rayon::current_thread_index().is_some() && rayon::current_num_threads() == 1 {
+        return work();
+    }
+    match POOL.get_or_init(|| ThreadPoolBuilder::new().num_threads(1).build().ok()) {
+        Some(pool) => pool.install(work),
+        None => work(),
+    }
+}
 
 /// Yarns in `D` dimensions.
 ///
@@ -136,6 +153,10 @@ impl<const D: usize> YarnSystem<D> {
     /// A step too large, a vertex that left the domain, a number that stopped being finite, a solve that did not converge.
     /// The state is then undefined (keep a clone to go back to), except after [`YarnError::StepTooLarge`] of an undivided step.
     pub fn advance(&mut self, dt: f64) -> Result<StepReport<D>, YarnError> {
+        if self.model.len() < SMALL { alone(|| self.advance_here(dt)) } else { self.advance_here(dt) }
+    }
+
+    fn advance_here(&mut self, dt: f64) -> Result<StepReport<D>, YarnError> {
         if !(dt > 0.0 && dt.is_finite()) {
             return Err(YarnError::setting("dt", format!("must be positive and finite, is {dt}")));
         }

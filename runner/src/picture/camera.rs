@@ -188,6 +188,43 @@ impl Camera {
         Projected { x: 0.5 * self.width as f64 + x * scale, y: 0.5 * self.height as f64 - y * scale, depth: -z, scale }
     }
 
+    /// The point [m] at a place in the picture and a depth.
+    pub(super) fn unproject(&self, x: f64, y: f64, depth: f64) -> Vector3<f64> {
+        let scale =
+            if self.distance.is_finite() { self.scale * self.distance / (self.distance + depth) } else { self.scale };
+        let (a, b) = ((x - 0.5 * self.width as f64) / scale, (0.5 * self.height as f64 - y) / scale);
+        self.center + self.axes[0] * a + self.axes[1] * b - self.axes[2] * depth
+    }
+
+    /// Distance of the eye from the centre [m].
+    pub(super) fn eye_distance(&self) -> f64 {
+        self.distance
+    }
+
+    /// From 0 within the scene to 1 far outside it.
+    pub(super) fn remoteness(&self, place: &Vector3<f64>) -> f32 {
+        let away = ((place - self.center).norm() / self.reach - 1.3) / 2.2;
+        let u = away.clamp(0.0, 1.0) as f32;
+        u * u * (3.0 - 2.0 * u)
+    }
+
+    /// The same scene as seen from a light, given by its direction in this camera's axes, on a square of `side` pixels.
+    pub(super) fn seen_from_light(&self, direction: [f32; 3], side: usize) -> Camera {
+        let toward = (0..3).map(|k| self.axes[k] * f64::from(direction[k])).sum::<Vector3<f64>>().normalize();
+        let right = self.axes[1].cross(&toward).try_normalize(1e-6).unwrap_or(self.axes[0]);
+        let axes = [right, toward.cross(&right), toward];
+        let scale = 0.5 * side as f64 / (1.2 * self.reach.max(1e-300));
+        Camera {
+            width: side,
+            height: side,
+            axes,
+            center: self.center,
+            distance: f64::INFINITY,
+            scale,
+            reach: self.reach,
+        }
+    }
+
     /// Depth of the nearest point that can be drawn [m].
     pub(super) fn near_depth(&self) -> f64 {
         if self.distance.is_finite() { -0.95 * self.distance } else { f64::NEG_INFINITY }

@@ -78,7 +78,7 @@ pub(super) fn of_piece(name: &str, i: usize, count: usize) -> Color {
     match name {
         "particles" => linear([70, 140, 205]),
         "contacts" => linear([215, 40, 40]),
-        "solids" => linear([176, 182, 190]),
+        "solids" => linear([203, 207, 212]),
         "links" => linear([225, 140, 40]),
         _ if count <= DISTINCT.len() => linear(DISTINCT[i % DISTINCT.len()]),
         "grains" => lightness([120, 160, 190], 0.35),

@@ -61,6 +61,8 @@ pub fn still(frame: &Frame, options: &PictureOptions) -> RgbImage {
 #[must_use]
 pub fn render(frame: &Frame, camera: &Camera, options: &PictureOptions) -> RgbImage {
     let factor = options.supersample.clamp(1, 4);
-    let primitives = primitives::collect(frame, camera, &options.color, factor);
-    raster::render(&primitives, camera, factor)
+    let seen = primitives::collect(frame, camera, &options.color, factor);
+    let light = camera.seen_from_light(raster::LIGHT, (factor * camera.width.max(camera.height)).min(2048));
+    let lit = primitives::collect(frame, &light, &ColorBy::Piece, 1);
+    raster::render(&seen, &lit, camera, &light, factor)
 }

@@ -43,8 +43,10 @@ pub(super) struct Primitives {
     pub triangles: Vec<Triangle>,
 }
 
-/// Smallest radius drawn [pixels of the finished picture].
-const MIN_RADIUS: f64 = 0.55;
+/// Smallest radius drawn, as a share of the picture's height: hair is far thinner than a pixel and must still be seen.
+const MIN_RADIUS: f64 = 0.0016;
+/// How strongly the thinnest hair is drawn.
+const MIN_COVERAGE: f64 = 0.94;
 
 pub(super) fn collect(frame: &Frame, camera: &Camera, color: &ColorBy, factor: usize) -> Primitives {
     let mut all = Primitives::default();
@@ -76,6 +78,8 @@ struct Brush<'a> {
     colors: Vec<Color>,
     radius: Option<&'a crate::record::frame::Field>,
     default_radius: f64,
+    /// Smallest radius drawn [pixels of the finished picture].
+    thinnest: f64,
 }
 
 impl<'a> Brush<'a> {
@@ -92,6 +96,7 @@ impl<'a> Brush<'a> {
             colors: colors(piece, color),
             radius: piece.point_field("radius"),
             default_radius: thin * camera.reach,
+            thinnest: (MIN_RADIUS * camera.height as f64).max(0.7),
         }
     }
 
@@ -107,16 +112,16 @@ impl<'a> Brush<'a> {
     fn tube(&self, i: usize, j: usize, all: &mut Primitives) {
         let (Some(a), Some(b)) = (self.point(i), self.point(j)) else { return };
         let true_radius = [a.2 * a.1.scale, b.2 * b.1.scale];
-        let radius = true_radius.map(|r| (r.max(MIN_RADIUS) * self.factor) as f32);
+        let radius = true_radius.map(|r| (r.max(self.thinnest) * self.factor) as f32);
         let mean = 0.5 * (true_radius[0] + true_radius[1]);
         let at = |p: &Projected| [(p.x * self.factor) as f32, (p.y * self.factor) as f32];
         all.capsules.push(Capsule {
             ends: [at(&a.1), at(&b.1)],
             depth: [a.1.depth as f32, b.1.depth as f32],
             radius,
-            rise: a.2.max(MIN_RADIUS / a.1.scale) as f32,
+            rise: a.2.max(self.thinnest / a.1.scale) as f32,
             color: [self.colors[i], self.colors[j]],
-            coverage: (mean / MIN_RADIUS).clamp(0.35, 1.0) as f32,
+            coverage: (mean / self.thinnest).clamp(MIN_COVERAGE, 1.0) as f32,
         });
     }
 

@@ -12,31 +12,47 @@ const BAND: usize = 16;
 const SKY: [u8; 3] = [252, 252, 253];
 const HORIZON: [u8; 3] = [233, 237, 242];
 /// Where the light comes from: right, up, towards the eye.
-const LIGHT: [f32; 3] = [-0.42, 0.68, 0.60];
+pub(super) const LIGHT: [f32; 3] = [-0.42, 0.68, 0.60];
 const HALFWAY: [f32; 3] = [-0.235, 0.380, 0.895];
 
-/// Depth and colour of every sample.
+/// What reaches the eye from a sample.
+#[derive(Clone, Copy, Default)]
+struct Light {
+    /// Light from all around, which shadows leave.
+    ambient: Color,
+    /// Light from the lamp.
+    direct: Color,
+}
+
+/// Depth and light of every sample.
 struct Canvas {
     width: usize,
     depth: Vec<f32>,
-    color: Vec<Color>,
+    light: Vec<Light>,
 }
 
-pub(super) fn render(primitives: &Primitives, camera: &Camera, factor: usize) -> RgbImage {
+/// Draws what the eye sees; `lit` is the same scene as the light sees it, for shadows.
+pub(super) fn render(seen: &Primitives, lit: &Primitives, camera: &Camera, light: &Camera, factor: usize) -> RgbImage {
+    let shadows = draw(lit, light, 1);
+    resolve(&draw(seen, camera, factor), &shadows, camera, light, factor)
+}
+
+fn draw(primitives: &Primitives, camera: &Camera, factor: usize) -> Canvas {
     let (width, height) = (camera.width * factor, camera.height * factor);
     let bands = height.div_ceil(BAND);
     let (capsules, triangles) =
         (bin_capsules(&primitives.capsules, bands), bin_triangles(&primitives.triangles, bands));
     let mut canvas =
-        Canvas { width, depth: vec![f32::INFINITY; width * height], color: vec![[0.0; 3]; width * height] };
-    canvas.depth.par_chunks_mut(width * BAND).zip(canvas.color.par_chunks_mut(width * BAND)).enumerate().for_each(
-        |(band, (depth, color))| {
-            let mut rows = Rows { top: band * BAND, width, depth, color };
+        Canvas { width, depth: vec![f32::INFINITY; width * height], light: vec![Light::default(); width * height] };
+    let eye = camera.eye_distance() as f32;
+    canvas.depth.par_chunks_mut(width * BAND).zip(canvas.light.par_chunks_mut(width * BAND)).enumerate().for_each(
+        |(band, (depth, light))| {
+            let mut rows = Rows { top: band * BAND, width, eye, depth, light };
             triangles.of(band).iter().for_each(|&i| rows.triangle(&primitives.triangles[i as usize]));
             capsules.of(band).iter().for_each(|&i| rows.capsule(&primitives.capsules[i as usize]));
         },
     );
-    resolve(&canvas, camera, factor)
+    canvas
 }
 
 /// Lists of primitives per band, in their order.
@@ -100,8 +116,10 @@ fn bin_triangles(triangles: &[Triangle], bands: usize) -> Bins {
 struct Rows<'a> {
     top: usize,
     width: usize,
+    /// Distance of the eye from the centre [m], infinite for parallel projection.
+    eye: f32,
     depth: &'a mut [f32],
-    color: &'a mut [Color],
+    light: &'a mut [Light],
 }
 
 impl Rows<'_> {
@@ -147,9 +165,7 @@ impl Rows<'_> {
                     self.depth[at] = depth;
                     let normal = [offset[0] / radius, -offset[1] / radius, height];
                     let base = std::array::from_fn(|k| c.color[0][k] + (c.color[1][k] - c.color[0][k]) * t);
-                    let lit = shade(base, normal);
-                    let behind = linear(HORIZON);
-                    self.color[at] = std::array::from_fn(|k| behind[k] + (lit[k] - behind[k]) * c.coverage);
+                    self.light[at] = shade(base, normal).over(linear(HORIZON), c.coverage);
                 }
             }
         }
@@ -158,7 +174,7 @@ impl Rows<'_> {
     fn triangle(&mut self, t: &Triangle) {
         let [a, b, c] = t.corners;
         let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-        if !(area.abs() > 1e-6) {
+        if area.abs() <= 1e-6 || !area.is_finite() {
             return;
         }
         let rows = self.depth.len() / self.width;
@@ -178,7 +194,12 @@ impl Rows<'_> {
                     continue;
                 }
                 let mix = |v: [f32; 3]| w[0] * v[0] + w[1] * v[1] + w[2] * v[2];
-                let depth = mix(t.depth);
+                // Along a plane it is the reciprocal of the distance that is linear in the picture.
+                let depth = if self.eye.is_finite() {
+                    1.0 / mix(t.depth.map(|d| 1.0 / (self.eye + d))) - self.eye
+                } else {
+                    mix(t.depth)
+                };
                 let at = row * self.width + x;
                 if depth < self.depth[at] {
                     self.depth[at] = depth;
@@ -187,45 +208,36 @@ impl Rows<'_> {
                     // Seen from inside the other side is lit.
                     let side = if n[2] < 0.0 { -1.0 } else { 1.0 };
                     let base = std::array::from_fn(|k| mix(t.color.map(|c| c[k])));
-                    self.color[at] = shade(base, n.map(|v| side * v / length));
+                    self.light[at] = shade(base, n.map(|v| side * v / length));
                 }
             }
         }
     }
 }
 
-/// A main light from the upper left, the sky above and the floor below, a small highlight.
-fn shade(base: Color, n: [f32; 3]) -> Color {
-    let dot = |a: [f32; 3]| a[0] * n[0] + a[1] * n[1] + a[2] * n[2];
-    let diffuse = dot(LIGHT).max(0.0);
-    let sky = 0.5 + 0.5 * n[1];
-    let light = 0.30 + 0.22 * sky + 0.72 * diffuse;
-    let highlight = 0.18 * dot(HALFWAY).max(0.0).powi(40);
-    base.map(|c| c * light + highlight)
+impl Light {
+    /// The share `coverage` of this light, the rest from behind.
+    fn over(self, behind: Color, coverage: f32) -> Light {
+        Light {
+            ambient: std::array::from_fn(|k| behind[k] + (self.ambient[k] - behind[k]) * coverage),
+            direct: self.direct.map(|v| v * coverage),
+        }
+    }
 }
 
-/// Darkens what lies behind a nearer edge, fills the background, averages the samples of each pixel.
-fn resolve(canvas: &Canvas, camera: &Camera, factor: usize) -> RgbImage {
-    let (width, height) = (canvas.width, canvas.depth.len() / canvas.width);
-    let step = factor as isize;
-    let full = (0.03 * camera.reach) as f32;
-    let darkness = |x: usize, y: usize| {
-        let own = canvas.depth[y * width + x];
-        let mut sum = 0.0f32;
-        for (dx, dy) in [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1)] {
-            for reach in [step, 3 * step] {
-                let (i, j) = (x as isize + dx * reach, y as isize + dy * reach);
-                if i < 0 || j < 0 || i >= width as isize || j >= height as isize {
-                    continue;
-                }
-                let other = canvas.depth[j as usize * width + i as usize];
-                if other < own {
-                    sum += ((own - other) / full).min(1.0);
-                }
-            }
-        }
-        1.0 - 0.62 * (sum / 16.0)
-    };
+/// A lamp at the upper left with a small highlight, the sky above and the floor below.
+fn shade(base: Color, n: [f32; 3]) -> Light {
+    let dot = |a: [f32; 3]| a[0] * n[0] + a[1] * n[1] + a[2] * n[2];
+    let sky = 0.5 + 0.5 * n[1];
+    let diffuse = 0.72 * dot(LIGHT).max(0.0);
+    let highlight = 0.18 * dot(HALFWAY).max(0.0).powi(40);
+    Light { ambient: base.map(|c| c * (0.30 + 0.22 * sky)), direct: base.map(|c| c * diffuse + highlight) }
+}
+
+/// Darkens what lies behind a nearer edge or in shadow, lets what is far from the scene fade into the background,
+/// averages the samples of each pixel.
+fn resolve(canvas: &Canvas, shadows: &Canvas, camera: &Camera, light: &Camera, factor: usize) -> RgbImage {
+    let edges = Edges { canvas, step: factor as isize, full: (0.03 * camera.reach) as f32 };
     let (sky, horizon) = (linear(SKY), linear(HORIZON));
     let weight = 1.0 / (factor * factor) as f32;
     let mut pixels = vec![[0u8; 3]; camera.width * camera.height];
@@ -236,16 +248,78 @@ fn resolve(canvas: &Canvas, camera: &Camera, factor: usize) -> RgbImage {
             let mut sum = [0.0f32; 3];
             for sample in 0..factor * factor {
                 let (x, y) = (column * factor + sample % factor, row * factor + sample / factor);
-                let at = y * width + x;
-                if canvas.depth[at].is_finite() {
-                    let dark = darkness(x, y);
-                    (0..3).for_each(|k| sum[k] += canvas.color[at][k].min(1.0) * dark);
-                } else {
+                let at = y * canvas.width + x;
+                let depth = canvas.depth[at];
+                if !depth.is_finite() {
                     (0..3).for_each(|k| sum[k] += behind[k]);
+                    continue;
+                }
+                let middle = |i: usize| (i as f64 + 0.5) / factor as f64;
+                let place = camera.unproject(middle(x), middle(y), f64::from(depth));
+                let shadow = shadow_at(shadows, light, &place);
+                let dark = 1.0 - EDGE * edges.darkness(x, y, depth);
+                let Light { ambient, direct } = canvas.light[at];
+                let away = camera.remoteness(&place);
+                for k in 0..3 {
+                    let own = (ambient[k] + direct[k] * (1.0 - SHADOW * shadow)).min(1.0) * dark;
+                    sum[k] += own + (behind[k] - own) * away;
                 }
             }
             *pixel = sum.map(|v| encode(v * weight));
         }
     });
     RgbImage { width: camera.width, height: camera.height, pixels }
+}
+
+/// How much an edge in front darkens.
+const EDGE: f32 = 0.75;
+/// How much of the lamp's light a shadow takes.
+const SHADOW: f32 = 0.7;
+
+/// Finds samples that lie behind the edge of something nearer.
+struct Edges<'a> {
+    canvas: &'a Canvas,
+    step: isize,
+    /// Depth difference that counts fully [m].
+    full: f32,
+}
+
+impl Edges<'_> {
+    fn depth(&self, x: isize, y: isize) -> Option<f32> {
+        let (width, height) = (self.canvas.width as isize, (self.canvas.depth.len() / self.canvas.width) as isize);
+        ((0..width).contains(&x) && (0..height).contains(&y)).then(|| self.canvas.depth[(y * width + x) as usize])
+    }
+
+    /// From 0 (nothing near stands in front) to 1. Opposite neighbours are taken together, so that slopes do not count.
+    fn darkness(&self, x: usize, y: usize, own: f32) -> f32 {
+        let (x, y) = (x as isize, y as isize);
+        let mut sum = 0.0f32;
+        for (dx, dy) in [(1, 0), (0, 1), (1, 1), (1, -1)] {
+            for reach in [self.step, 3 * self.step] {
+                let ahead = |sign: isize| {
+                    let other = self.depth(x + sign * dx * reach, y + sign * dy * reach).unwrap_or(own);
+                    (own - other).clamp(-0.2 * self.full, self.full)
+                };
+                sum += (ahead(1) + ahead(-1)).max(0.0);
+            }
+        }
+        (sum / (8.0 * self.full)).min(1.0)
+    }
+}
+
+/// Share of the light that something nearer to it takes away, over a few texels.
+fn shadow_at(shadows: &Canvas, light: &Camera, place: &nalgebra::Vector3<f64>) -> f32 {
+    let seen = light.project(place);
+    let limit = (seen.depth - 4.0 / seen.scale) as f32;
+    let mut covered = 0.0f32;
+    for dy in [-1.6, 0.0, 1.6] {
+        for dx in [-1.6, 0.0, 1.6] {
+            let (x, y) = (seen.x + dx, seen.y + dy);
+            if x >= 0.0 && y >= 0.0 && x < light.width as f64 && y < light.height as f64 {
+                let hit = shadows.depth[y as usize * shadows.width + x as usize] < limit;
+                covered += f32::from(u8::from(hit));
+            }
+        }
+    }
+    covered / 9.0
 }

@@ -85,7 +85,7 @@ fn image(bytes: &[u8], kind: &str, alt: &str, class: &str) -> String {
 
 fn run_section(page: &mut String, k: usize, section: &Section) {
     let Section { run, shown, verdict } = section;
-    let _ = write!(page, "<section id=\"run{k}\"><h1>{}</h1>\n", escape(&run.title()));
+    let _ = writeln!(page, "<section id=\"run{k}\"><h1>{}</h1>", escape(&run.title()));
     let _ = write!(
         page,
         "<div class=\"verdict {}\"><strong>{}</strong><ul>",
@@ -112,9 +112,8 @@ fn pictures(page: &mut String, run: &RunData, shown: &Shown) {
     if let Some(gif) = &shown.animation {
         let _ = write!(
             page,
-            "<figure>{}<figcaption>{} of {} frames</figcaption></figure>",
+            "<figure>{}<figcaption>Animation of {} frames</figcaption></figure>",
             image(gif, "gif", "animation of the run", "wide"),
-            "Animation",
             run.frames.len()
         );
     }
@@ -172,9 +171,9 @@ fn plots(page: &mut String, run: &RunData) {
     page.push_str("<div class=\"plots\">");
     let mut figure = |title: &str, svg: String, note: &str| {
         if !svg.is_empty() {
-            let _ = write!(
+            let _ = writeln!(
                 page,
-                "<figure><h3>{}</h3>{svg}<figcaption>{}</figcaption></figure>\n",
+                "<figure><h3>{}</h3>{svg}<figcaption>{}</figcaption></figure>",
                 escape(title),
                 escape(note)
             );
@@ -281,9 +280,9 @@ fn tables(page: &mut String, run: &RunData) {
     }
     page.push_str("</div>\n");
     if let Some(scene) = &run.scene {
-        let _ = write!(page, "<details><summary>Scene as run</summary><pre>{}</pre></details>\n", escape(scene));
+        let _ = writeln!(page, "<details><summary>Scene as run</summary><pre>{}</pre></details>", escape(scene));
     }
-    let _ = write!(page, "<p class=\"note\">{}</p>\n", escape(&run.folder.display().to_string()));
+    let _ = writeln!(page, "<p class=\"note\">{}</p>", escape(&run.folder.display().to_string()));
 }
 
 fn shown_value(value: &Value) -> String {

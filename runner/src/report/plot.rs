@@ -1,14 +1,14 @@
 //! Line plots as SVG text.
 //!
-//! Time runs along the bottom; long series are drawn as the smallest and largest value of each pixel column, so that a single
-//! spike stays visible.
+//! Time runs along the bottom; long series are drawn as the mean of every three pixel columns in a band from the smallest to the
+//! largest value, so that a single spike stays visible.
 
 use std::fmt::Write as _;
 
 pub(super) const WIDTH: f64 = 560.0;
 const HEIGHT: f64 = 250.0;
 const LEFT: f64 = 66.0;
-const RIGHT: f64 = 12.0;
+const RIGHT: f64 = 18.0;
 const BOTTOM: f64 = 30.0;
 const INK: [&str; 8] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a5236", "#6e6e78"];
 
@@ -55,17 +55,17 @@ impl Axis {
         let step = [1.0, 2.0, 5.0, 10.0].map(|k| k * power).into_iter().find(|s| *s >= rough).unwrap_or(power);
         let first = (self.low / step).ceil() as i64;
         let last = (self.high / step).floor() as i64;
-        (first..=last.min(first + 20)).map(|k| (k as f64 * step, number(k as f64 * step, step))).collect()
+        let largest = self.low.abs().max(self.high.abs());
+        (first..=last.min(first + 20)).map(|k| (k as f64 * step, number(k as f64 * step, step, largest))).collect()
     }
 }
 
-/// A number with as many digits as steps of `step` need.
-fn number(value: f64, step: f64) -> String {
-    let size = value.abs().max(step);
+/// A tick's number with as many digits as steps of `step` need, on an axis whose largest number is `largest`.
+fn number(value: f64, step: f64, largest: f64) -> String {
     if value == 0.0 {
         "0".to_owned()
-    } else if !(1e-3..1e5).contains(&size) {
-        let digits = (size.log10().floor() - step.log10().floor()).clamp(0.0, 6.0) as usize;
+    } else if !(1e-2..1e5).contains(&largest) {
+        let digits = (value.abs().log10().floor() - step.log10().floor()).clamp(0.0, 6.0) as usize;
         format!("{value:.digits$e}")
     } else {
         let digits = (-step.log10().floor()).clamp(0.0, 9.0) as usize;
@@ -136,12 +136,7 @@ pub(super) fn svg(plot: &Plot) -> String {
         let _ = write!(svg, "<text x=\"4\" y=\"{:.1}\" fill=\"#777\">[{}]</text>", bottom + 15.0, plot.unit);
     }
     for (k, line) in plot.lines.iter().enumerate() {
-        let path = path(plot.time, line.values, logarithmic, &x, &y);
-        let _ = write!(
-            svg,
-            "<path d=\"{path}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.4\" stroke-linejoin=\"round\"/>",
-            INK[k % INK.len()]
-        );
+        curve(&mut svg, INK[k % INK.len()], plot.time, line.values, logarithmic, &x, &y);
         for (t, v) in plot.time.iter().zip(line.values) {
             // What is not finite is a fault: a red mark at the foot says when.
             if !v.is_finite() {
@@ -173,7 +168,7 @@ fn legend_layout(lines: &[Line]) -> Vec<(f64, f64)> {
     lines
         .iter()
         .map(|line| {
-            let width = 30.0 + 6.2 * line.name.chars().count() as f64;
+            let width = 36.0 + 7.3 * line.name.chars().count() as f64;
             if column > 0.0 && column + width > WIDTH - LEFT - RIGHT {
                 (column, row) = (0.0, row + 1.0);
             }
@@ -184,46 +179,66 @@ fn legend_layout(lines: &[Line]) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// A path with at most a few points per pixel column.
-fn path(time: &[f64], values: &[f64], positive: bool, x: &dyn Fn(f64) -> f64, y: &dyn Fn(f64) -> f64) -> String {
-    let mut path = String::new();
-    let mut pen = false;
-    let mut point = |at: f64, value: f64, draw: &mut bool| {
-        let _ = write!(path, "{}{at:.1} {:.1}", if *draw { 'L' } else { 'M' }, y(value));
-        *draw = true;
-    };
+/// The values of a few pixel columns.
+struct Column {
+    at: f64,
+    low: f64,
+    high: f64,
+    sum: f64,
+    count: f64,
+}
+
+/// A line through all values or, where they are denser than pixels, the mean of every three pixel columns in a band from the
+/// smallest to the largest. Gaps (values that cannot be drawn) break the line.
+fn curve(
+    svg: &mut String,
+    ink: &str,
+    time: &[f64],
+    values: &[f64],
+    positive: bool,
+    x: &dyn Fn(f64) -> f64,
+    y: &dyn Fn(f64) -> f64,
+) {
     let drawable = |v: f64| v.is_finite() && (!positive || v > 0.0);
-    let mut i = 0;
-    while i < values.len().min(time.len()) {
-        if !drawable(values[i]) || !time[i].is_finite() {
-            pen = false;
-            i += 1;
+    let dense = values.len() as f64 > WIDTH - LEFT - RIGHT;
+    let mut runs: Vec<Vec<Column>> = vec![Vec::new()];
+    for (t, v) in time.iter().zip(values) {
+        if !drawable(*v) || !t.is_finite() {
+            runs.push(Vec::new());
             continue;
         }
-        let column = x(time[i]).floor();
-        let (mut low, mut high, first) = (values[i], values[i], values[i]);
-        let (start, mut last) = (i, i);
-        while i < values.len().min(time.len())
-            && drawable(values[i])
-            && time[i].is_finite()
-            && x(time[i]).floor() == column
-        {
-            (low, high, last) = (low.min(values[i]), high.max(values[i]), i);
-            i += 1;
-        }
-        let at = x(time[start]);
-        point(at, first, &mut pen);
-        if last > start {
-            if low < first {
-                point(at, low, &mut pen);
+        let at = if dense { 3.0 * (x(*t) / 3.0).floor() + 1.5 } else { x(*t) };
+        let Some(run) = runs.last_mut() else { continue };
+        match run.last_mut() {
+            Some(column) if dense && column.at == at => {
+                (column.low, column.high) = (column.low.min(*v), column.high.max(*v));
+                column.sum += v;
+                column.count += 1.0;
             }
-            if high > first {
-                point(at, high, &mut pen);
-            }
-            point(x(time[last]), values[last], &mut pen);
+            _ => run.push(Column { at, low: *v, high: *v, sum: *v, count: 1.0 }),
         }
     }
-    path
+    let (mut band, mut line) = (String::new(), String::new());
+    for run in runs.iter().filter(|run| !run.is_empty()) {
+        for (k, column) in run.iter().enumerate() {
+            let _ =
+                write!(line, "{}{:.1} {:.1}", if k == 0 { 'M' } else { 'L' }, column.at, y(column.sum / column.count));
+        }
+        if run.iter().any(|c| y(c.low) - y(c.high) > 1.0) {
+            run.iter()
+                .enumerate()
+                .for_each(|(k, c)| _ = write!(band, "{}{:.1} {:.1}", if k == 0 { 'M' } else { 'L' }, c.at, y(c.high)));
+            run.iter().rev().for_each(|c| _ = write!(band, "L{:.1} {:.1}", c.at, y(c.low)));
+            band.push('Z');
+        }
+    }
+    if !band.is_empty() {
+        let _ = write!(svg, "<path d=\"{band}\" fill=\"{ink}\" fill-opacity=\"0.3\"/>");
+    }
+    let _ = write!(
+        svg,
+        "<path d=\"{line}\" fill=\"none\" stroke=\"{ink}\" stroke-width=\"1.4\" stroke-linejoin=\"round\"/>"
+    );
 }
 
 /// The words of every row as coloured stretches, with their shares.
@@ -236,7 +251,11 @@ fn strip(svg: &mut String, plot: &Plot, top: f64, x: &dyn Fn(f64) -> f64) {
         }
     }
     words.sort_by_key(|&(_, count)| std::cmp::Reverse(count));
-    let ink = |word: &str| words.iter().position(|(known, _)| *known == word).map_or("#ccc", |k| INK[k % INK.len()]);
+    let ink = |word: &str| match words.iter().position(|(known, _)| *known == word) {
+        _ if word == "retry" => "#d00000",
+        Some(k) => INK[k % INK.len()],
+        None => "#ccc",
+    };
     // Stretches that share a pixel column show the word that is rarer overall: a retry must not hide.
     let mut column: Option<(f64, &str)> = None;
     let rank = |word: &str| words.iter().position(|(known, _)| *known == word).unwrap_or(0);
@@ -272,7 +291,8 @@ fn strip(svg: &mut String, plot: &Plot, top: f64, x: &dyn Fn(f64) -> f64) {
     let mut at = LEFT;
     for (word, count) in words.iter().take(5) {
         let share = 100.0 * *count as f64 / plot.strip.len() as f64;
-        let text = format!("{} {share:.0} %", escape(word));
+        let share = if share < 0.5 { "<1".to_owned() } else { format!("{share:.0}") };
+        let text = format!("{} {} %", escape(word), escape(&share));
         let _ = write!(
             svg,
             "<rect x=\"{at:.1}\" y=\"{:.1}\" width=\"8\" height=\"8\" fill=\"{}\"/><text x=\"{:.1}\" y=\"{:.1}\">{text}</text>",
@@ -281,7 +301,7 @@ fn strip(svg: &mut String, plot: &Plot, top: f64, x: &dyn Fn(f64) -> f64) {
             at + 11.0,
             top + 22.0
         );
-        at += 24.0 + 6.0 * text.chars().count() as f64;
+        at += 26.0 + 6.8 * text.chars().count() as f64;
     }
 }
 

@@ -74,7 +74,7 @@ section! {
     /// How the rods' equations are solved.
     pub struct RodSolver {
         /// Residual at which Newton stops, relative to the scale of the problem.
-        tolerance: f64 = [1e-8] (Number, above(0.0).up_to(0.1)) "Smaller costs an iteration or two more; below 1e-12 round-off may prevent convergence.";
+        tolerance: f64 = [1e-8] (Number, at_least(1e-12).up_to(1e-3)) "Smaller costs an iteration or two more.";
         /// Newton iterations after which the step is rejected.
         max_iterations: usize = [40] (Number, at_least(1.0).up_to(10_000.0)) "";
         /// Matrix.

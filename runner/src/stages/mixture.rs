@@ -15,6 +15,11 @@ pub fn run(world: &mut World, step: Step) -> Result<(), Rejection> {
     let rods = &world.state.rods;
     strands.report =
         strands.stepper.solve(rods, step.dt, &loads, &strands.boundary).map_err(|error| rejection(&error))?;
+    if let Some((strand, vertex, turn)) = strands.turned_too_far(rods, step.dt) {
+        let element = Some(Element::StrandVertex { strand, vertex });
+        let detail = format!("an edge turned by {turn:.2} rad, {:.2} are allowed", strands.turn_limit);
+        return Err(Rejection { stage: "mixture", reason: RejectionReason::TooLargeMotion, element, detail });
+    }
     Ok(())
 }
 

@@ -23,6 +23,30 @@ impl StrandWorld {
         }
     }
 
+    /// The strand and vertex whose edge turns by more than the limit in the solved step, with the turn [rad].
+    ///
+    /// The turn of an edge is bounded by the difference of its ends' motions across it over its length.
+    pub fn turned_too_far(&mut self, rods: &RodSet, dt: f64) -> Option<(usize, usize, f64)> {
+        if !self.turn_limit.is_finite() {
+            return None;
+        }
+        self.stepper.velocities_into(rods, &mut self.velocities);
+        let (velocity, limit) = (&self.velocities, self.turn_limit);
+        (0..rods.strand_count()).find_map(|strand| {
+            let range = rods.vertices(strand);
+            let turned = |i: &usize| {
+                let edge = rods.position[i + 1] - rods.position[*i];
+                let moved = (velocity[i + 1] - velocity[*i]) * dt;
+                let length = edge.norm();
+                (moved - edge * (moved.dot(&edge) / (length * length))).norm() / length
+            };
+            (range.start..range.end - 1).map(|i| (i, turned(&i))).find(|(_, turn)| *turn > limit).map(|(i, turn)| {
+                let (_, vertex) = rods.locate_vertex(i);
+                (strand, vertex, turn)
+            })
+        })
+    }
+
     /// Books forces of the clamps and impulses from outside for the step just solved; called before it is accepted.
     pub fn book(&mut self, rods: &RodSet, gravity: &Vector3<f64>, step: Step, ledger: &mut Ledger) {
         let mut sum = Vector3::zeros();

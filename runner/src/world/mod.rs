@@ -104,6 +104,9 @@ pub struct StrandWorld {
     pub group: Vec<usize>,
     /// Force and torque that held each held part during the last step.
     pub reactions: Vec<Reaction>,
+    /// Largest turn of an edge in one step [rad] before the step is refused; infinite for fixed steps, which the user chose.
+    pub turn_limit: f64,
+    velocities: Vec<Vector3<f64>>,
 }
 
 /// Force and torque (about the part's centre) that a clamp exerts on its strand.
@@ -130,6 +133,7 @@ pub struct World {
     pub solids: Vec<SceneSolid>,
     /// What is followed step by step.
     pub probes: Vec<Probe>,
+    extent: f64,
     stages: Vec<&'static Stage>,
     seconds: Vec<f64>,
 }
@@ -156,6 +160,8 @@ impl World {
                 report: RodReport::EMPTY,
                 friction: built.friction,
                 group: built.group,
+                turn_limit: turn_limit(scene),
+                velocities: Vec::new(),
             };
             strands.start_held_parts(&mut state.rods);
             Some(strands)
@@ -164,6 +170,7 @@ impl World {
         let stages: Vec<&'static Stage> = plan.active().collect();
         state.ledger.initial_momentum = measure::momentum(&state.rods);
         Ok(World {
+            extent: picture::extent(&state.rods),
             kept: state.clone(),
             state,
             time: 0.0,
@@ -186,6 +193,17 @@ impl World {
             result?;
         }
         Ok(())
+    }
+}
+
+/// A step is chosen for the velocities before it; a step in which the strands gained speed so fast that an edge turned by
+/// more than this part of the chosen turn too much is repeated.
+const TURN_SLACK: f64 = 2.0;
+
+fn turn_limit(scene: &Scene) -> f64 {
+    match &scene.time.step {
+        crate::scene::time::StepControl::Adaptive(adaptive) => TURN_SLACK * adaptive.turn,
+        crate::scene::time::StepControl::Fixed(_) => f64::INFINITY,
     }
 }
 

@@ -59,10 +59,9 @@ fn strands(world: &World) -> Piece {
 }
 
 fn solids(world: &World, time: f64) -> Piece {
-    let extent = extent(world);
     let (mut positions, mut triangles, mut of) = (Vec::new(), Vec::new(), Vec::new());
     for (index, solid) in world.solids.iter().enumerate() {
-        let mesh = solid.solid.at(time).tessellate(SOLID_SEGMENTS, extent);
+        let mesh = solid.solid.at(time).tessellate(SOLID_SEGMENTS, world.extent);
         let first = positions.len() as u32;
         positions.extend(mesh.positions.iter().map(|x| [x.x, x.y, x.z]));
         of.extend(mesh.triangles.iter().map(|_| index as i64));
@@ -77,14 +76,15 @@ fn solids(world: &World, time: f64) -> Piece {
     }
 }
 
-/// Half width of endless solids in pictures: the size of everything else.
-fn extent(world: &World) -> f64 {
+/// Half width of endless solids in pictures: several times the size of everything at the start, so that floors keep their
+/// edges where they are.
+pub(super) fn extent(rods: &rods::RodSet) -> f64 {
     let mut low = nalgebra::Vector3::repeat(f64::INFINITY);
     let mut high = -low;
-    for x in &world.state.rods.position {
+    for x in &rods.position {
         low = low.inf(x);
         high = high.sup(x);
     }
     let size = (high - low).norm();
-    if size.is_finite() && size > 0.0 { size } else { 1.0 }
+    if size.is_finite() && size > 0.0 { 4.0 * size } else { 1.0 }
 }

@@ -2,15 +2,27 @@
 //!
 //! Each group is a module with `cases()`; a new group adds its line here.
 
+pub mod contact;
+pub mod film;
 pub mod granular;
 pub mod liquid;
+pub mod rods;
+pub mod yarn;
 
 use crate::case::Case;
 
 /// Every case there is, in order of group and name.
 #[must_use]
 pub fn all() -> Vec<Case> {
-    let groups: Vec<Vec<Case>> = vec![granular::cases(), liquid::cases(), crate::hard::cases()];
+    let groups: Vec<Vec<Case>> = vec![
+        contact::cases(),
+        film::cases(),
+        granular::cases(),
+        liquid::cases(),
+        rods::cases(),
+        yarn::cases(),
+        crate::hard::cases(),
+    ];
     let mut cases: Vec<Case> = groups.into_iter().flatten().collect();
     cases.sort_by_key(|case| case.id);
     cases

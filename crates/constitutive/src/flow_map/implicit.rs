@@ -28,9 +28,13 @@ pub(super) fn return_map(flow: &ShearFlow, trial: f64, mu_hat: f64, dt: f64) -> 
     }
 }
 
-/// Root `w ≤ 0` of `ln(e^w + e^{ln_x + p w}) = 0`.
+/// Logarithm `w ≤ 0` of the fraction `x` that solves `x + X x^p = 1`: what one implicit step of power-law damping leaves.
+///
+/// - `ln_x`: logarithm of `X`, any number (−∞: nothing is lost)
+/// - `p`: exponent, > 0
 #[inline]
-fn ln_fraction(ln_x: f64, p: f64) -> f64 {
+#[must_use]
+pub fn ln_fraction(ln_x: f64, p: f64) -> f64 {
     if p == 1.0 {
         return -softplus(ln_x);
     }

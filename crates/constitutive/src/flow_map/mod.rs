@@ -21,6 +21,8 @@ mod implicit;
 
 use serde::{Deserialize, Serialize};
 
+pub use implicit::ln_fraction;
+
 use crate::shear_flow::ShearFlow;
 
 /// How the plastic flow of one step is integrated.

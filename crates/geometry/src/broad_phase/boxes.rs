@@ -125,6 +125,11 @@ impl BoxGrid {
 
     /// All pairs `[i, j]`, `i < j`, of boxes that overlap (touching counts), in ascending order, whatever the number of threads.
     pub fn overlapping_pairs(&mut self, pairs: &mut Vec<[u32; 2]>) {
+        self.overlapping_pairs_where(|_, _| true, pairs);
+    }
+
+    /// Those pairs of overlapping boxes for which `keep(i, j)` holds (`i < j`), in ascending order. What is not kept costs no memory.
+    pub fn overlapping_pairs_where(&mut self, keep: impl Fn(u32, u32) -> bool + Sync, pairs: &mut Vec<[u32; 2]>) {
         let BoxGrid { levels, count, chunks, first } = self;
         let tasks: Vec<(usize, usize)> = levels
             .iter()
@@ -139,19 +144,25 @@ impl BoxGrid {
             for place in from..(from + CHUNK).min(level.id.len()) {
                 let (i, bounds) = (level.id[place], &level.bounds[place]);
                 let [x, y, z] = level.cell_of(bounds);
+                let mut report = |j: u32| {
+                    let (low, high) = (i.min(j), i.max(j));
+                    if keep(low, high) {
+                        found.push([low, high]);
+                    }
+                };
                 // Within the own row both see each other: the lower number reports.
                 level.scan((x - 1, x + 1), y, z, bounds, &mut |j| {
                     if j > i {
-                        found.push([i, j]);
+                        report(j);
                     }
                 });
                 for (dy, dz) in FORWARD_ROWS {
-                    level.scan((x - 1, x + 1), y + dy, z + dz, bounds, &mut |j| found.push([i.min(j), i.max(j)]));
+                    level.scan((x - 1, x + 1), y + dy, z + dz, bounds, &mut report);
                 }
                 for coarser in levels[..k].iter().filter(|coarser| !coarser.id.is_empty()) {
                     let [x, y, z] = coarser.cell_of(bounds);
                     for (dy, dz) in ALL_ROWS {
-                        coarser.scan((x - 1, x + 1), y + dy, z + dz, bounds, &mut |j| found.push([i.min(j), i.max(j)]));
+                        coarser.scan((x - 1, x + 1), y + dy, z + dz, bounds, &mut report);
                     }
                 }
             }

@@ -1,15 +1,18 @@
 //! Which boxes overlap, which points are near: hashed grids with a counting sort.
 //!
 //! [`BoxGrid`] takes boxes of mixed sizes (a few nested grids, each with cells as large as its members, per axis, so that bundles of
-//! aligned slender segments stay sorted apart) and lists overlapping pairs; [`PointGrid`] answers radius queries. Work and memory grow
+//! aligned slender segments stay sorted apart) and lists overlapping pairs; [`SegmentGrid`] lists pairs of segments nearer than their
+//! reaches, in axes turned along the prevailing direction; [`PointGrid`] answers radius queries. Work and memory grow
 //! linearly with members and answers. Nothing depends on the number of threads: pairs come out in ascending order.
 
 mod boxes;
 mod points;
 mod rows;
+mod segments;
 
 pub use boxes::BoxGrid;
 pub use points::PointGrid;
+pub use segments::SegmentGrid;
 
 use thiserror::Error;
 

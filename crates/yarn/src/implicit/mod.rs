@@ -122,6 +122,7 @@ pub(crate) fn solve<const D: usize>(
     let mut contacts = Contacts::find(&transfer.grid, posed, &work.star, &work.mass);
     contacts.enforce(&mut work.velocity);
 
+    let noise = rounding_noise(setting, state, dt) + 1e-14 * vector::momentum_norm(&work.star, &work.mass);
     let mut operator = Operator { setting, state, transfer, targets, dt };
     let mut outcome = SolveOutcome::default();
     let mut scale = 0.0;
@@ -137,11 +138,10 @@ pub(crate) fn solve<const D: usize>(
         contacts.project(&mut work.left);
         let size = vector::mass_norm(&work.left, &work.mass);
         if scale == 0.0 {
-            let unit = vector::momentum_norm(&work.star, &work.mass);
-            scale = vector::mass_norm(&work.residual, &work.mass).max(size).max(1e-12 * unit).max(f64::MIN_POSITIVE);
+            scale = vector::mass_norm(&work.residual, &work.mass).max(size).max(f64::MIN_POSITIVE);
         }
         outcome.residual = size / scale;
-        if size <= implicit.tolerance * scale {
+        if size <= implicit.tolerance * scale || size <= noise {
             if sets < MAX_SETS && contacts.update(&work.velocity, &work.residual) {
                 sets += 1;
                 contacts.enforce(&mut work.velocity);
@@ -179,7 +179,7 @@ pub(crate) fn solve<const D: usize>(
         work.left.clone_from(&work.residual);
         contacts.project(&mut work.left);
         outcome.residual = vector::mass_norm(&work.left, &work.mass) / scale.max(f64::MIN_POSITIVE);
-        converged = outcome.residual <= implicit.tolerance;
+        converged = outcome.residual <= implicit.tolerance || outcome.residual * scale <= noise;
     }
     if !outcome.residual.is_finite() || (implicit.require_convergence && !converged) {
         return Err(YarnError::NotConverged {
@@ -193,6 +193,22 @@ pub(crate) fn solve<const D: usize>(
         *packed = lanes(&work.velocity[node], work.mass[node]);
     }
     Ok(outcome)
+}
+
+/// Size of the impulses that rounding of the positions alone makes, as a mass norm.
+fn rounding_noise<const D: usize>(setting: &Setting<'_, D>, state: &YarnState<D>, dt: f64) -> f64 {
+    let model = setting.model;
+    let sum = vector::total(model.len(), |i| {
+        if !model.has_segment(i) {
+            return 0.0;
+        }
+        let material = &model.materials[model.material[i] as usize];
+        let rounding = 4.0 * f64::EPSILON * (1.0 + state.position[i].norm() / model.rest_length[i]);
+        let stiffness = material.law.stretch_modulus.max(2.0 * material.law.mu + material.law.lambda);
+        let force = stiffness * rounding * model.volume[i] / model.rest_length[i];
+        force * force / (material.density * model.volume[i])
+    });
+    dt * sum.sqrt()
 }
 
 /// Truncated conjugate gradients for `H d = −r` in the free directions, preconditioned by the node masses; stops at negative curvature.

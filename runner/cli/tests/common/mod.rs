@@ -62,8 +62,8 @@ pub const WISP: &str = r#"Scene(
     materials: { "hair": Fibre(preset: "hair") },
     strands: [
         (material: "hair", radius: 0.005, clamp: [First(2)],
-         shape: Wisp(count: 9, root: [0, 0, 0], direction: [1, 0, 0], length: 4, disc: 0.5, vertices: 17),
-         spread: (radius: 0.1, length: 0.2)),
+         shape: Wisp(count: 9, root: [0, 0, 0], direction: [1, 0, 0], length: 4, disc: 0.5, vertices: 17,
+                     spread: (radius: 0.1, length: 0.2))),
         (material: "hair", radius: 0.004, clamp: [First(2)],
          shape: Wisp(count: 6, root: [0, 2, 0], direction: [0, 0, 1], length: 3, disc: 0.3, vertices: 24,
                      curl: (radius: 0.2, pitch: 1.0))),

@@ -1,0 +1,306 @@
+//! The pressure solve of stage 6: volume rate, compressibility, free surface inside cells, open shares of faces, moving solids.
+//!
+//! Backward Euler of the pressure law with `u = u* − dt ∇p/ρ` gives, for every liquid cell (spec 6.8),
+//! `[ω/(dt κg) + (dt/dx²) Σ ω_g/(ρ_g θ_g)] p − (dt/dx²) Σ (ω_g/ρ_g) p_nb = ω p^n/(dt κg) − div u* − ω (Dε_f/Dt)/ε_f`.
+//! Liquid whose volume is rigid loses the compliance term; regions closed on all sides then determine the pressure up to a
+//! constant, which is removed, and the part of the right-hand side that no pressure can meet is reported.
+
+use crate::LiquidError;
+use crate::grid::{FaceFields, LiquidGrid};
+use crate::settings::PressureSettings;
+use numerics::multigrid::{Multigrid, MultigridReport};
+use numerics::multigrid_system::{CellRow, CellSystem, NO_CELL, ZeroFace};
+use numerics::report::Status;
+use particle_grid::NONE;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Layers of faces outside the liquid that its particles can reach.
+const CONTINUED_LAYERS: usize = 2;
+
+/// What a pressure solve says.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PressureReport {
+    /// Iterations, residual, closed regions and what they could not meet.
+    pub multigrid: MultigridReport,
+    /// Largest magnitude of the divergence of the given velocities in liquid cells [1/s].
+    pub max_divergence: f64,
+    /// Largest pressure [Pa].
+    pub max_pressure: f64,
+}
+
+/// The pressure solve with everything it keeps between calls.
+#[derive(Clone, Debug, Default)]
+pub struct PressureSolver<const D: usize> {
+    system: CellSystem<D>,
+    multigrid: Multigrid<D>,
+    /// Unknown of each cell node, or [`NO_CELL`].
+    unknown: Vec<u32>,
+    /// Cell node of each unknown.
+    node: Vec<u32>,
+    rhs: Vec<f64>,
+    solution: Vec<f64>,
+    known: Vec<bool>,
+    continued: Vec<(u32, f64)>,
+    built: bool,
+}
+
+impl<const D: usize> PressureSolver<D> {
+    /// Finds the liquid cells and assembles the operator. The face masses, open shares and distances must be up to date.
+    pub fn build(&mut self, grid: &LiquidGrid<D>, dt: f64, settings: &PressureSettings) {
+        let n = grid.blocks.node_count();
+        let dx = grid.lattice().dx;
+        self.unknown.clear();
+        self.unknown.resize(n, NO_CELL);
+        self.node.clear();
+        self.system.clear();
+        for cell in 0..n {
+            if grid.cell.liquid_distance[cell] < 0.0 && self.has_open_face(grid, cell) {
+                self.unknown[cell] = self.node.len() as u32;
+                self.node.push(cell as u32);
+                self.system.cells.push(grid.blocks.cell(cell));
+            }
+        }
+        let unknown = &self.unknown;
+        let base = dt / (dx * dx);
+        self.system.rows.resize(self.node.len(), CellRow::default());
+        self.system.rows.par_iter_mut().zip(&self.node).with_min_len(512).for_each(|(row, &cell)| {
+            *row = CellRow::default();
+            let cell = cell as usize;
+            let level = grid.cell.liquid_distance[cell];
+            let mut open_sum = 0.0;
+            for a in 0..D {
+                for side in 0..2 {
+                    let (face, other) = across(grid, cell, a, side);
+                    let Some(face) = face else { continue };
+                    let open = grid.face[a].open[face];
+                    open_sum += open;
+                    let (mass, volume) = (grid.face[a].mass[face], grid.face[a].volume[face]);
+                    if open <= 0.0 || mass <= grid.mass_floor {
+                        continue;
+                    }
+                    let conductance = base * open * volume / mass;
+                    let neighbour = other.map_or(NO_CELL, |o| unknown[o]);
+                    if neighbour != NO_CELL {
+                        row.neighbour[a][side] = neighbour;
+                        row.conductance[a][side] = conductance;
+                    } else {
+                        let beyond = other.map_or(1.5 * dx, |o| grid.cell.liquid_distance[o].max(0.0));
+                        let fraction = (level / (level - beyond)).clamp(settings.ghost_floor, 1.0);
+                        row.zero[a][side] = ZeroFace { conductance, fraction };
+                    }
+                }
+            }
+            let share = (open_sum / (2.0 * D as f64)).min(1.0);
+            let j = grid.cell.volume_ratio[cell].clamp(0.1, 10.0);
+            row.own = share * grid.cell.compliance[cell] / (dt * 0.5 * (j + 1.0 / j));
+        });
+        self.multigrid.build(&self.system, &settings.multigrid);
+        self.built = true;
+    }
+
+    fn has_open_face(&self, grid: &LiquidGrid<D>, cell: usize) -> bool {
+        (0..D).any(|a| {
+            (0..2).any(|side| {
+                across(grid, cell, a, side)
+                    .0
+                    .is_some_and(|f| grid.face[a].open[f] > 0.0 && grid.face[a].mass[f] > grid.mass_floor)
+            })
+        })
+    }
+
+    /// Divergence of the face velocities of a cell, moving solids included [1/s].
+    fn divergence(grid: &LiquidGrid<D>, cell: usize) -> f64 {
+        let mut sum = 0.0;
+        for a in 0..D {
+            for side in 0..2 {
+                let Some(face) = across(grid, cell, a, side).0 else { continue };
+                let f = &grid.face[a];
+                let flux = f.open[face] * f.velocity[face] + (1.0 - f.open[face]) * f.solid_velocity[face];
+                sum += if side == 0 { -flux } else { flux };
+            }
+        }
+        sum / grid.lattice().dx
+    }
+
+    /// Solves for the pressure that corrects the current face velocities; writes pressure and its gradient to the grid.
+    ///
+    /// - `fraction_rate`: `(1/ε_f) Dε_f/Dt` of each cell, if strands move through the liquid [1/s]
+    /// - `elastic`: whether the compressed state of the liquid drives the pressure (off for a correction on top)
+    ///
+    /// # Errors
+    /// Where numbers are not finite.
+    pub fn solve(
+        &mut self,
+        grid: &mut LiquidGrid<D>,
+        fraction_rate: Option<&[f64]>,
+        dt: f64,
+        elastic: bool,
+        settings: &PressureSettings,
+    ) -> Result<PressureReport, LiquidError> {
+        if !self.built {
+            self.build(grid, dt, settings);
+        }
+        let n = self.node.len();
+        self.rhs.resize(n, 0.0);
+        self.solution.resize(n, 0.0);
+        let view = &*grid;
+        let max_divergence = self
+            .rhs
+            .par_iter_mut()
+            .zip(self.solution.par_iter_mut())
+            .zip(&self.node)
+            .zip(&self.system.rows)
+            .with_min_len(512)
+            .map(|(((b, x), &cell), row)| {
+                let cell = cell as usize;
+                let divergence = Self::divergence(view, cell);
+                *b = -divergence;
+                *x = 0.0;
+                if elastic && view.cell.compliance[cell] > 0.0 {
+                    let j = view.cell.volume_ratio[cell].clamp(0.1, 10.0);
+                    let pressure = 0.5 * (1.0 - j) * (1.0 + j) / j / view.cell.compliance[cell];
+                    *b += row.own * pressure;
+                    *x = pressure;
+                }
+                if let Some(rate) = fraction_rate {
+                    let open: f64 = (0..D)
+                        .flat_map(|a| (0..2).map(move |side| (a, side)))
+                        .filter_map(|(a, side)| across(view, cell, a, side).0.map(|f| view.face[a].open[f]))
+                        .sum();
+                    *b -= (open / (2.0 * D as f64)).min(1.0) * rate[cell];
+                }
+                divergence.abs()
+            })
+            .reduce(|| 0.0, f64::max);
+        let multigrid = self.multigrid.solve(&self.rhs, &mut self.solution, &settings.multigrid);
+        if multigrid.solve.status == Status::NonFinite || self.solution.iter().any(|p| !p.is_finite()) {
+            return Err(LiquidError::NonFinite { solve: "pressure" });
+        }
+        grid.cell.pressure.fill(0.0);
+        let mut max_pressure = 0.0f64;
+        for (&cell, &p) in self.node.iter().zip(&self.solution) {
+            grid.cell.pressure[cell as usize] = p;
+            max_pressure = max_pressure.max(p);
+        }
+        self.write_gradient(grid);
+        self.continue_gradient(grid);
+        Ok(PressureReport { multigrid, max_divergence, max_pressure })
+    }
+
+    fn write_gradient(&self, grid: &mut LiquidGrid<D>) {
+        let inverse_dx = 1.0 / grid.lattice().dx;
+        for face in &mut grid.face {
+            face.pressure_gradient.fill(0.0);
+        }
+        // Rows know neighbours and surface fractions; each face is written by the cell on its high side, or by the only one.
+        for (row, &cell) in self.system.rows.iter().zip(&self.node) {
+            let cell = cell as usize;
+            let p = grid.cell.pressure[cell];
+            for a in 0..D {
+                for side in 0..2 {
+                    let Some(face) = across(grid, cell, a, side).0 else { continue };
+                    let neighbour = row.neighbour[a][side];
+                    if neighbour != NO_CELL {
+                        if side == 0 {
+                            let q = grid.cell.pressure[self.node[neighbour as usize] as usize];
+                            grid.face[a].pressure_gradient[face] = (p - q) * inverse_dx;
+                        }
+                    } else if row.zero[a][side].conductance > 0.0 {
+                        let slope = p / row.zero[a][side].fraction * inverse_dx;
+                        grid.face[a].pressure_gradient[face] = if side == 0 { slope } else { -slope };
+                    }
+                }
+            }
+        }
+    }
+
+    /// Continues the pressure gradient from the liquid into the faces just outside it.
+    ///
+    /// Particles at the surface also belong to faces between two cells that do not count as liquid. Left to themselves these
+    /// would fall while the liquid under them is held; with the gradient continued the surface is carried like the rest.
+    fn continue_gradient(&mut self, grid: &mut LiquidGrid<D>) {
+        let LiquidGrid { blocks, face, mass_floor, .. } = grid;
+        for a in 0..D {
+            let FaceFields { mass, open, pressure_gradient: gradient, .. } = &mut face[a];
+            self.known.clear();
+            self.known.resize(gradient.len(), false);
+            for (row, &c) in self.system.rows.iter().zip(&self.node) {
+                let c = c as usize;
+                for side in 0..2 {
+                    if row.neighbour[a][side] != NO_CELL || row.zero[a][side].conductance > 0.0 {
+                        let f = if side == 0 { c } else { blocks.along(c, a, 1) as usize };
+                        self.known[f] = true;
+                    }
+                }
+            }
+            for _ in 0..CONTINUED_LAYERS {
+                let known = &self.known;
+                let view = &*gradient;
+                self.continued.clear();
+                self.continued.par_extend((0..view.len()).into_par_iter().with_min_len(4096).filter_map(|f| {
+                    if known[f] || mass[f] <= *mass_floor || open[f] <= 0.0 {
+                        return None;
+                    }
+                    let (mut sum, mut count) = (0.0, 0);
+                    for b in 0..D {
+                        for step in [-1, 1] {
+                            let o = blocks.along(f, b, step);
+                            if o != NONE && known[o as usize] {
+                                sum += view[o as usize];
+                                count += 1;
+                            }
+                        }
+                    }
+                    (count > 0).then(|| (f as u32, sum / f64::from(count)))
+                }));
+                for &(f, value) in &self.continued {
+                    gradient[f as usize] = value;
+                    self.known[f as usize] = true;
+                }
+            }
+        }
+    }
+
+    /// Number of liquid cells.
+    #[must_use]
+    pub fn unknowns(&self) -> usize {
+        self.node.len()
+    }
+
+    /// Forgets the operator: the next solve assembles it anew.
+    pub fn invalidate(&mut self) {
+        self.built = false;
+    }
+}
+
+/// The face of a cell on a side of a direction and the cell beyond it, where they are active.
+#[inline(always)]
+fn across<const D: usize>(
+    grid: &LiquidGrid<D>,
+    cell: usize,
+    axis: usize,
+    side: usize,
+) -> (Option<usize>, Option<usize>) {
+    if side == 0 {
+        let other = grid.blocks.along(cell, axis, -1);
+        (Some(cell), (other != NONE).then_some(other as usize))
+    } else {
+        let other = grid.blocks.along(cell, axis, 1);
+        let other = (other != NONE).then_some(other as usize);
+        (other, other)
+    }
+}
+
+/// Adds `−dt V ∇p/m` to the velocities of the faces: the correction by the pressure alone.
+pub fn correct_velocities<const D: usize>(grid: &mut LiquidGrid<D>, dt: f64) {
+    let floor = grid.mass_floor;
+    for face in &mut grid.face {
+        for i in 0..face.mass.len() {
+            if face.mass[i] > floor {
+                face.velocity[i] -= dt * face.volume[i] / face.mass[i] * face.pressure_gradient[i];
+            }
+        }
+    }
+    crate::shear_solve::follow_walls(grid);
+}

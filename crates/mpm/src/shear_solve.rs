@@ -1,0 +1,542 @@
+//! The implicit shear solve of stage 6: momentum of the faces under body force, shear stress, drag and pressure gradient.
+//!
+//! One Newton step of backward Euler about a reference motion `u_ref` (the motion of the last step) reads
+//! `(M + dt 𝒟 + M^τ + dt² H)(u − u_ref) = dt (M g + f + 𝒟 (u_s − u_ref) − V ∇p) + added momentum − M^τ u_ref`,
+//! where `f` and `H` are stress and tangent about `u_ref`. Faces at walls are tied to faces in front of them; stress and tangent are
+//! restricted to motions that obey the ties, so the system stays symmetric. Source: spec (6.3), (6.6), (6.7); Δ-form and ties are ours.
+
+use crate::LiquidError;
+use crate::grid::LiquidGrid;
+use crate::material::LiquidMaterial;
+use crate::particles::Particles;
+use crate::settings::{ShearOperator, ShearSettings, Tangent};
+use crate::shear_operator::{OperatorScratch, apply_particles, diagonal_particles};
+use crate::shear_quadrature::Quadrature;
+use crate::shear_state::{ShearState, velocity_gradients};
+use numerics::pcg::{self, PcgScratch, PreconditionedSystem};
+use numerics::report::{SolveReport, Status};
+use numerics::tensor::{Tensor, Vector};
+use particle_grid::{Contribution, Lanes, NONE, mac_offset, scatter};
+use serde::{Deserialize, Serialize};
+
+/// What other phases do to the faces, one slice per direction with one entry per node. Absent parts cost nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FaceCoupling<'a, const D: usize> {
+    /// Mass that moves with the face besides the liquid's own, and its momentum at the start of the step [kg], [kg m/s].
+    pub added: Option<Added<'a, D>>,
+    /// Drag coefficient [kg/s] and the velocity it pulls towards [m/s].
+    pub drag: Option<Drag<'a, D>>,
+}
+
+/// Mass and momentum that join the faces.
+#[derive(Clone, Copy, Debug)]
+pub struct Added<'a, const D: usize> {
+    /// Mass [kg].
+    pub mass: [&'a [f64]; D],
+    /// Momentum [kg m/s].
+    pub momentum: [&'a [f64]; D],
+}
+
+/// Drag towards another phase.
+#[derive(Clone, Copy, Debug)]
+pub struct Drag<'a, const D: usize> {
+    /// Coefficient [kg/s].
+    pub coefficient: [&'a [f64]; D],
+    /// Velocity of the other phase [m/s].
+    pub velocity: [&'a [f64]; D],
+}
+
+/// What a shear solve says.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ShearReport {
+    /// The linear solves, added up; the residual is relative in the Euclidean norm.
+    pub solve: SolveReport,
+    /// Newton iterations.
+    pub newton_iterations: usize,
+    /// Relative residual of the nonlinear problem after the last iteration; zero where only one was asked for.
+    pub nonlinear_residual: f64,
+    /// Whether the symmetric tangent broke down and the positive definite one took over.
+    pub fell_back: bool,
+    /// Whether the system was diagonal: nothing resists shear.
+    pub diagonal: bool,
+}
+
+/// The shear solve with everything it keeps between calls.
+#[derive(Clone, Debug, Default)]
+pub struct ShearSolver<const D: usize> {
+    /// Stress and tangent of the particles.
+    pub state: ShearState<D>,
+    quadrature: Quadrature<D>,
+    operator: OperatorScratch,
+    krylov: PcgScratch,
+    /// Mass of the system, liquid, carried and added, plus drag [kg]; zero for faces without a motion of their own.
+    mass: Vec<f64>,
+    /// Liquid mass and volume that move with each face, carried ones included [kg], [m³].
+    liquid: Vec<[f64; 2]>,
+    force: Vec<f64>,
+    inverse_diagonal: Vec<f64>,
+    start: Vec<f64>,
+    reference: Vec<f64>,
+    delta: Vec<f64>,
+    rhs: Vec<f64>,
+    work: Vec<f64>,
+    values: Vec<Vector<D>>,
+    gradients: Vec<Tensor<D>>,
+    resists: bool,
+}
+
+/// Sets tied faces from the faces they follow; `prescribed` includes what walls add.
+fn expand<const D: usize>(grid: &LiquidGrid<D>, v: &mut [f64], prescribed: bool) {
+    let n = grid.blocks.node_count();
+    for t in &grid.ties {
+        let base = t.axis as usize * n;
+        let followed = if t.source == NONE { 0.0 } else { t.ratio * v[base + t.source as usize] };
+        v[base + t.face as usize] = followed + if prescribed { t.offset } else { 0.0 };
+    }
+}
+
+/// Gives what acts on tied faces to the faces they follow.
+fn fold<const D: usize>(grid: &LiquidGrid<D>, v: &mut [f64]) {
+    let n = grid.blocks.node_count();
+    for t in &grid.ties {
+        let base = t.axis as usize * n;
+        let value = std::mem::take(&mut v[base + t.face as usize]);
+        if t.source != NONE {
+            v[base + t.source as usize] += t.ratio * value;
+        }
+    }
+}
+
+/// Imposes the ties on the face velocities: sources share the momentum of what they carry, ties follow.
+pub fn impose_walls<const D: usize>(grid: &mut LiquidGrid<D>) {
+    // (mass, momentum) that each source takes over from the faces it carries.
+    let mut gathered: Vec<(u8, u32, f64, f64)> = Vec::with_capacity(grid.ties.len());
+    for t in grid.ties.iter().filter(|t| t.source != NONE && t.carried > 0.0) {
+        let face = &grid.face[t.axis as usize];
+        let m = t.carried * face.mass[t.face as usize];
+        gathered.push((t.axis, t.source, m, m * face.velocity[t.face as usize]));
+    }
+    gathered.sort_by_key(|g| (g.0, g.1));
+    let mut k = 0;
+    while k < gathered.len() {
+        let (axis, source, ..) = gathered[k];
+        let face = &mut grid.face[axis as usize];
+        let s = source as usize;
+        let (mut mass, mut momentum) = (face.mass[s], face.mass[s] * face.velocity[s]);
+        while k < gathered.len() && (gathered[k].0, gathered[k].1) == (axis, source) {
+            mass += gathered[k].2;
+            momentum += gathered[k].3;
+            k += 1;
+        }
+        face.velocity[s] = momentum / mass;
+    }
+    follow_walls(grid);
+}
+
+struct System<'a, const D: usize> {
+    particles: &'a Particles<D>,
+    grid: &'a LiquidGrid<D>,
+    state: &'a ShearState<D>,
+    quadrature: &'a Quadrature<D>,
+    operator: &'a mut OperatorScratch,
+    mass: &'a [f64],
+    inverse_diagonal: &'a [f64],
+    work: &'a mut Vec<f64>,
+    dt2: f64,
+    which: ShearOperator,
+}
+
+impl<const D: usize> PreconditionedSystem for System<'_, D> {
+    fn apply(&mut self, v: &[f64], out: &mut [f64]) {
+        self.work.clear();
+        self.work.extend_from_slice(v);
+        expand(self.grid, self.work, false);
+        match self.which {
+            ShearOperator::Particles => {
+                apply_particles(self.particles, self.state, self.grid, self.work, out, self.operator);
+            }
+            ShearOperator::CellQuadrature => self.quadrature.apply(self.grid, self.work, out, self.operator),
+        }
+        fold(self.grid, out);
+        for ((o, m), v) in out.iter_mut().zip(self.mass).zip(v) {
+            *o = if *m > 0.0 { m * v + self.dt2 * *o } else { 0.0 };
+        }
+    }
+
+    fn precondition(&mut self, r: &[f64], z: &mut [f64]) {
+        for ((z, r), d) in z.iter_mut().zip(r).zip(self.inverse_diagonal) {
+            *z = r * d;
+        }
+    }
+}
+
+impl<const D: usize> ShearSolver<D> {
+    /// Linearises the stress of all particles about their own affine matrices, before they are scattered. Returns whether
+    /// anything resists shear: if so, hand `state` to [`crate::particles_to_grid::particles_to_grid`].
+    ///
+    /// # Errors
+    /// Where a particle deforms too much in one step.
+    pub fn prepare(
+        &mut self,
+        particles: &Particles<D>,
+        materials: &[LiquidMaterial],
+        dt: f64,
+        settings: &ShearSettings,
+    ) -> Result<bool, LiquidError> {
+        self.resists = settings.enabled && materials.iter().any(LiquidMaterial::resists_shear);
+        if self.resists {
+            self.state.build(particles, materials, &particles.affine, dt, settings.tangent)?;
+        }
+        Ok(self.resists)
+    }
+
+    /// Remembers the velocities of the faces, after the walls were imposed, as the start of the step, and builds the system.
+    pub fn begin(
+        &mut self,
+        particles: &Particles<D>,
+        grid: &LiquidGrid<D>,
+        coupling: &FaceCoupling<'_, D>,
+        dt: f64,
+        settings: &ShearSettings,
+    ) {
+        let n = grid.blocks.node_count();
+        self.start.clear();
+        self.mass.clear();
+        self.liquid.clear();
+        for face in &grid.face {
+            self.start.extend_from_slice(&face.velocity);
+            self.liquid.extend(
+                face.mass.iter().zip(&face.volume).map(|(&m, &v)| if m > grid.mass_floor { [m, v] } else { [0.0; 2] }),
+            );
+        }
+        for t in &grid.ties {
+            let base = t.axis as usize * n;
+            let [m, v] = std::mem::take(&mut self.liquid[base + t.face as usize]);
+            if t.source != NONE {
+                let source = &mut self.liquid[base + t.source as usize];
+                source[0] += t.carried * m;
+                source[1] += t.carried * v;
+            }
+        }
+        self.mass.extend(self.liquid.iter().map(|l| l[0]));
+        for a in 0..D {
+            let mass = &mut self.mass[a * n..(a + 1) * n];
+            if let Some(added) = coupling.added {
+                for (m, x) in mass.iter_mut().zip(added.mass[a]) {
+                    *m += if *m > 0.0 { *x } else { 0.0 };
+                }
+            }
+            if let Some(drag) = coupling.drag {
+                for (m, x) in mass.iter_mut().zip(drag.coefficient[a]) {
+                    *m += if *m > 0.0 { dt * x } else { 0.0 };
+                }
+            }
+        }
+        self.reference.clone_from(&self.start);
+        self.delta.clear();
+        self.delta.resize(D * n, 0.0);
+        self.build_system(particles, grid, dt, settings);
+    }
+
+    fn build_system(&mut self, particles: &Particles<D>, grid: &LiquidGrid<D>, dt: f64, settings: &ShearSettings) {
+        let n = grid.blocks.node_count();
+        let mut diagonal = std::mem::take(&mut self.work);
+        diagonal.clear();
+        diagonal.resize(D * n, 0.0);
+        if self.resists {
+            match settings.operator {
+                ShearOperator::Particles => {
+                    diagonal_particles(particles, &self.state, grid, &mut diagonal, &mut self.operator);
+                }
+                ShearOperator::CellQuadrature => {
+                    self.quadrature.build(particles, &self.state, grid);
+                    self.quadrature.diagonal(grid, &mut diagonal, &mut self.operator);
+                }
+            }
+        }
+        for t in &grid.ties {
+            let base = t.axis as usize * n;
+            let d = std::mem::take(&mut diagonal[base + t.face as usize]);
+            if t.source != NONE {
+                diagonal[base + t.source as usize] += t.ratio * t.ratio * d;
+            }
+        }
+        for (d, m) in diagonal.iter_mut().zip(&self.mass) {
+            // The geometric part may make an entry negative; the preconditioner must not.
+            *d = if *m > 0.0 { m + dt * dt * d.max(0.0) } else { 0.0 };
+        }
+        self.inverse_diagonal.clear();
+        self.inverse_diagonal.extend(diagonal.iter().map(|&d| if d > 0.0 { 1.0 / d } else { 0.0 }));
+        self.work = diagonal;
+    }
+
+    /// Solves for the face velocities and writes them to the grid.
+    ///
+    /// - `body`: acceleration by body forces [m/s²]
+    /// - `with_pressure`: whether the grid's pressure gradient acts (the solve after the pressure)
+    ///
+    /// # Errors
+    /// Where numbers are not finite, or a particle deforms too much during Newton iterations.
+    #[expect(clippy::too_many_arguments, reason = "one argument per physical ingredient of the momentum balance")]
+    pub fn solve(
+        &mut self,
+        particles: &Particles<D>,
+        materials: &[LiquidMaterial],
+        grid: &mut LiquidGrid<D>,
+        coupling: &FaceCoupling<'_, D>,
+        body: &Vector<D>,
+        dt: f64,
+        with_pressure: bool,
+        settings: &ShearSettings,
+    ) -> Result<ShearReport, LiquidError> {
+        let mut report = ShearReport {
+            solve: SolveReport { tolerance: settings.pcg.tolerance, ..SolveReport::TRIVIAL },
+            newton_iterations: 0,
+            nonlinear_residual: 0.0,
+            fell_back: false,
+            diagonal: !self.resists,
+        };
+        let iterations = if self.resists { settings.newton_iterations.max(1) } else { 1 };
+        let mut first_size = 0.0;
+        for iteration in 0..iterations {
+            if iteration > 0 {
+                self.relinearise(particles, materials, grid, dt, settings)?;
+            }
+            self.right_hand_side(grid, coupling, body, dt, with_pressure);
+            let size = numerics::reduce::norm(&self.rhs);
+            if iteration == 0 {
+                first_size = size;
+            } else {
+                report.nonlinear_residual = if first_size > 0.0 { size / first_size } else { 0.0 };
+                if report.nonlinear_residual <= settings.newton_tolerance {
+                    break;
+                }
+            }
+            report.newton_iterations = iteration + 1;
+            if iteration == 0 && !with_pressure {
+                self.fall(grid, body, dt);
+            }
+            let solve = self.linear_solve(particles, materials, grid, dt, settings, &mut report)?;
+            self.balance(grid, &solve);
+            report.solve = report.solve.combined(solve);
+            let n = grid.blocks.node_count();
+            let mut velocity = std::mem::take(&mut self.work);
+            velocity.clear();
+            velocity.extend(self.reference.iter().zip(&self.delta).map(|(r, d)| r + d));
+            expand(grid, &mut velocity, true);
+            for a in 0..D {
+                grid.face[a].velocity.copy_from_slice(&velocity[a * n..(a + 1) * n]);
+            }
+            self.work = velocity;
+        }
+        Ok(report)
+    }
+
+    /// First guess of the step: everything falls freely. What is left to the solve is then internal.
+    fn fall(&mut self, grid: &LiquidGrid<D>, body: &Vector<D>, dt: f64) {
+        let n = grid.blocks.node_count();
+        for a in 0..D {
+            let mass = &self.mass[a * n..(a + 1) * n];
+            for (d, m) in self.delta[a * n..(a + 1) * n].iter_mut().zip(mass) {
+                *d = if *m > 0.0 { dt * body[a] } else { 0.0 };
+            }
+        }
+    }
+
+    /// Removes the momentum that the stopped iteration left in its residual. Stress is internal and does not see a common
+    /// velocity, so one is added per direction; at walls there is none to add.
+    fn balance(&mut self, grid: &LiquidGrid<D>, solve: &SolveReport) {
+        if !grid.ties.is_empty() || !self.resists || solve.iterations == 0 {
+            return;
+        }
+        let n = grid.blocks.node_count();
+        for a in 0..D {
+            let range = a * n..(a + 1) * n;
+            let left: f64 = self.krylov.residual()[range.clone()].iter().sum();
+            let mass: f64 = self.mass[range.clone()].iter().sum();
+            if mass > 0.0 {
+                let common = left / mass;
+                for (d, m) in self.delta[range.clone()].iter_mut().zip(&self.mass[range.clone()]) {
+                    *d += if *m > 0.0 { common } else { 0.0 };
+                }
+            }
+        }
+    }
+
+    /// Moves the point of linearisation to the current face velocities.
+    fn relinearise(
+        &mut self,
+        particles: &Particles<D>,
+        materials: &[LiquidMaterial],
+        grid: &mut LiquidGrid<D>,
+        dt: f64,
+        settings: &ShearSettings,
+    ) -> Result<(), LiquidError> {
+        let mut gradients = std::mem::take(&mut self.gradients);
+        velocity_gradients(particles, grid, grid.velocities(), &mut self.values, &mut gradients);
+        let built = self.state.build(particles, materials, &gradients, dt, settings.tangent);
+        self.gradients = gradients;
+        built?;
+        scatter_forces(particles, &self.state, grid);
+        self.reference.clear();
+        for a in 0..D {
+            self.reference.extend_from_slice(&grid.face[a].velocity);
+        }
+        self.delta.fill(0.0);
+        self.build_system(particles, grid, dt, settings);
+        Ok(())
+    }
+
+    fn right_hand_side(
+        &mut self,
+        grid: &LiquidGrid<D>,
+        coupling: &FaceCoupling<'_, D>,
+        body: &Vector<D>,
+        dt: f64,
+        with_pressure: bool,
+    ) {
+        let n = grid.blocks.node_count();
+        self.rhs.clear();
+        self.rhs.resize(D * n, 0.0);
+        self.force.clear();
+        self.force.resize(D * n, 0.0);
+        if self.resists {
+            for a in 0..D {
+                self.force[a * n..(a + 1) * n].copy_from_slice(&grid.face[a].shear_force);
+            }
+            fold(grid, &mut self.force);
+        }
+        for a in 0..D {
+            let gradient = &grid.face[a].pressure_gradient;
+            for i in 0..n {
+                let k = a * n + i;
+                if self.mass[k] <= 0.0 {
+                    continue;
+                }
+                let [m, v] = self.liquid[k];
+                let mut force = m * body[a] + self.force[k];
+                if with_pressure {
+                    force -= v * gradient[i];
+                }
+                let reference = self.reference[k];
+                let mut r = m * (self.start[k] - reference) + dt * force;
+                if let Some(drag) = coupling.drag {
+                    r += dt * drag.coefficient[a][i] * (drag.velocity[a][i] - reference);
+                }
+                if let Some(added) = coupling.added {
+                    r += added.momentum[a][i] - added.mass[a][i] * reference;
+                    r += dt * added.mass[a][i] * body[a];
+                }
+                self.rhs[k] = r;
+            }
+        }
+    }
+
+    fn linear_solve(
+        &mut self,
+        particles: &Particles<D>,
+        materials: &[LiquidMaterial],
+        grid: &LiquidGrid<D>,
+        dt: f64,
+        settings: &ShearSettings,
+        report: &mut ShearReport,
+    ) -> Result<SolveReport, LiquidError> {
+        if !self.resists {
+            for ((d, r), i) in self.delta.iter_mut().zip(&self.rhs).zip(&self.inverse_diagonal) {
+                *d = r * i;
+            }
+            return if self.delta.iter().all(|d| d.is_finite()) {
+                Ok(SolveReport { tolerance: settings.pcg.tolerance, ..SolveReport::TRIVIAL })
+            } else {
+                Err(LiquidError::NonFinite { solve: "shear" })
+            };
+        }
+        let mut total: Option<SolveReport> = None;
+        loop {
+            let mut system = System {
+                particles,
+                grid,
+                state: &self.state,
+                quadrature: &self.quadrature,
+                operator: &mut self.operator,
+                mass: &self.mass,
+                inverse_diagonal: &self.inverse_diagonal,
+                work: &mut self.work,
+                dt2: dt * dt,
+                which: settings.operator,
+            };
+            let mut solve = pcg::solve_system(&mut system, &self.rhs, &mut self.delta, &mut self.krylov, &settings.pcg);
+            if let Some(before) = total {
+                solve.iterations += before.iterations;
+            }
+            match solve.status {
+                Status::NonFinite => return Err(LiquidError::NonFinite { solve: "shear" }),
+                Status::Breakdown if self.state.may_be_indefinite => {
+                    // The geometric part made the operator indefinite: start again with the positive part alone.
+                    let gradients =
+                        if report.newton_iterations > 1 { std::mem::take(&mut self.gradients) } else { Vec::new() };
+                    let about = if gradients.is_empty() { &particles.affine } else { &gradients };
+                    self.state.build(particles, materials, about, dt, Tangent::PositiveDefinite)?;
+                    if !gradients.is_empty() {
+                        self.gradients = gradients;
+                    }
+                    self.delta.fill(0.0);
+                    self.build_system(particles, grid, dt, settings);
+                    report.fell_back = true;
+                    total = Some(solve);
+                }
+                _ => return Ok(solve),
+            }
+        }
+    }
+
+    /// Bytes held.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.state.bytes()
+            + self.quadrature.bytes()
+            + self.operator.bytes()
+            + 8 * (self.mass.capacity()
+                + self.inverse_diagonal.capacity()
+                + self.start.capacity()
+                + self.reference.capacity()
+                + self.delta.capacity()
+                + self.rhs.capacity()
+                + self.work.capacity()
+                + self.force.capacity()
+                + 2 * self.liquid.capacity())
+            + self.values.capacity() * size_of::<Vector<D>>()
+            + self.gradients.capacity() * size_of::<Tensor<D>>()
+    }
+}
+
+/// Scatters the shear force of all particles anew.
+fn scatter_forces<const D: usize>(particles: &Particles<D>, state: &ShearState<D>, grid: &mut LiquidGrid<D>) {
+    let dx = grid.lattice().dx;
+    let affine_inverse = 4.0 / (dx * dx);
+    for a in 0..D {
+        let give = |p: usize| {
+            let factor = -particles.rest_volume[p] * affine_inverse;
+            let stress = &state.stress[p];
+            Contribution {
+                value: Lanes::ZERO,
+                gradient: std::array::from_fn(|b| Lanes([factor * stress[(a, b)], 0.0, 0.0, 0.0])),
+            }
+        };
+        let offset = mac_offset(a);
+        scatter(&grid.blocks, &grid.order, &particles.position, &offset, give, &mut grid.scatter, &mut grid.lanes);
+        for (force, lanes) in grid.face[a].shear_force.iter_mut().zip(&grid.lanes) {
+            *force = lanes.0[0];
+        }
+    }
+}
+
+/// Sets the velocities of tied faces from the faces they follow.
+pub fn follow_walls<const D: usize>(grid: &mut LiquidGrid<D>) {
+    for k in 0..grid.ties.len() {
+        let t = grid.ties[k];
+        let face = &mut grid.face[t.axis as usize];
+        let followed = if t.source == NONE { 0.0 } else { t.ratio * face.velocity[t.source as usize] };
+        face.velocity[t.face as usize] = followed + t.offset;
+    }
+}

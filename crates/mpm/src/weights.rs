@@ -1,0 +1,272 @@
+//! Stage 4: where solids and the free surface are on the grid.
+//!
+//! *Solids.* Faces get their open share from the distances at their corners, and the velocity of the solid. Faces at or
+//! behind a wall are tied to the first face in front of it so that the velocity vanishes (or slips) on the wall itself, not on
+//! the nearest node: no-slip is then second-order accurate wherever the wall lies in the cell.
+//!
+//! *Free surface.* The kernel-smoothed liquid fraction of a half-space is a known monotone function of the distance to its
+//! surface; inverting it gives a signed distance that is unbiased for flat surfaces in any direction (exact along axes), with no
+//! particle radius to calibrate. Near walls the fraction is divided by the share of the kernel that is open.
+
+use crate::grid::{LiquidGrid, WallTie};
+use crate::settings::PressureSettings;
+use crate::solid::{Nearest, Solid, distance, nearest};
+use crate::{LiquidError, open_fraction};
+use numerics::bspline;
+use numerics::tensor::Vector;
+use particle_grid::lattice::local_digits;
+use particle_grid::{BLOCK, CENTRE, NONE, cells_per_block, mac_offset};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Distance [cells] below which a face counts as belonging to the wall.
+const AT_WALL: f64 = 0.4;
+/// Solids are taken this much larger [cells], so that a face lying exactly on a wall counts as closed.
+const SKIN: f64 = 1e-6;
+/// Faces whose normal component exceeds this share (squared cosine) are left to the pressure where they are open.
+const NORMAL_SHARE: f64 = 0.5;
+
+/// What the stage found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct WeightsReport {
+    /// Cells that count as liquid.
+    pub liquid_cells: usize,
+    /// Faces tied by walls.
+    pub tied_faces: usize,
+    /// Blocks near a solid.
+    pub blocks_near_solids: usize,
+}
+
+/// What one block contributes.
+struct BlockWeights {
+    ties: Vec<WallTie>,
+    near: bool,
+}
+
+/// Fills open shares, solid velocities, wall ties, distances to solids and to the free surface.
+///
+/// - `solid_fraction`: volume fraction taken by strands in each cell, if any [1]
+///
+/// # Errors
+/// Never at present; kept for symmetry with the other stages.
+pub fn weights<const D: usize, S: Solid<D>>(
+    grid: &mut LiquidGrid<D>,
+    solids: &[S],
+    solid_fraction: Option<&[f64]>,
+    settings: &PressureSettings,
+) -> Result<WeightsReport, LiquidError> {
+    let n = grid.blocks.node_count();
+    let per = cells_per_block::<D>();
+    for face in &mut grid.face {
+        face.open.clear();
+        face.open.resize(n, 1.0);
+        face.solid_velocity.clear();
+        face.solid_velocity.resize(n, 0.0);
+    }
+    grid.cell.solid_distance.clear();
+    grid.cell.solid_distance.resize(n, f64::INFINITY);
+    grid.ties.clear();
+    grid.near_solid.clear();
+    grid.near_solid.resize(grid.blocks.block_count(), false);
+    if !solids.is_empty() {
+        let mut face: Vec<(Vec<f64>, Vec<f64>)> = grid
+            .face
+            .iter_mut()
+            .map(|f| (std::mem::take(&mut f.open), std::mem::take(&mut f.solid_velocity)))
+            .collect();
+        let mut cell = std::mem::take(&mut grid.cell.solid_distance);
+        let view = &*grid;
+        // One slice per block and field, so that blocks can be filled side by side.
+        let mut parts: Vec<(Vec<(&mut [f64], &mut [f64])>, &mut [f64])> =
+            cell.chunks_mut(per).map(|c| (Vec::with_capacity(D), c)).collect();
+        for (open, velocity) in &mut face {
+            for (part, (o, v)) in parts.iter_mut().zip(open.chunks_mut(per).zip(velocity.chunks_mut(per))) {
+                part.0.push((o, v));
+            }
+        }
+        let found: Vec<BlockWeights> = parts
+            .into_par_iter()
+            .enumerate()
+            .map(|(block, (mut faces, cells))| fill_block(view, solids, block, &mut faces, cells))
+            .collect();
+        grid.cell.solid_distance = cell;
+        for (a, (open, velocity)) in face.into_iter().enumerate() {
+            grid.face[a].open = open;
+            grid.face[a].solid_velocity = velocity;
+        }
+        for (block, mut w) in found.into_iter().enumerate() {
+            grid.near_solid[block] = w.near;
+            grid.ties.append(&mut w.ties);
+        }
+        grid.ties.sort_by_key(|t| (t.axis, t.face));
+    }
+    liquid_distance(grid, solid_fraction, settings);
+    Ok(WeightsReport {
+        liquid_cells: grid.cell.liquid_distance.iter().filter(|&&d| d < 0.0).count(),
+        tied_faces: grid.ties.len(),
+        blocks_near_solids: grid.near_solid.iter().filter(|&&b| b).count(),
+    })
+}
+
+fn fill_block<const D: usize, S: Solid<D>>(
+    grid: &LiquidGrid<D>,
+    solids: &[S],
+    block: usize,
+    faces: &mut [(&mut [f64], &mut [f64])],
+    cells: &mut [f64],
+) -> BlockWeights {
+    let lattice = grid.lattice();
+    let dx = lattice.dx;
+    let coordinates = grid.blocks.blocks()[block];
+    let low: [i32; D] = std::array::from_fn(|a| coordinates[a] * BLOCK as i32);
+    let centre = lattice.node_position(&low, &[0.5 * BLOCK as f64; D]);
+    // A distance changes by no more than the way walked: far blocks need no look at their cells.
+    let reach = (0.5 * BLOCK as f64 * (D as f64).sqrt() + 2.0) * dx;
+    let from_centre = distance(solids, &centre);
+    if from_centre > reach {
+        cells.fill(from_centre);
+        return BlockWeights { ties: Vec::new(), near: false };
+    }
+    let corners_per_axis = BLOCK + 1;
+    let mut corner = vec![0.0; corners_per_axis.pow(D as u32)];
+    for (k, c) in corner.iter_mut().enumerate() {
+        let mut rest = k;
+        let at: [i32; D] = std::array::from_fn(|a| {
+            let digit = rest % corners_per_axis;
+            rest /= corners_per_axis;
+            low[a] + digit as i32
+        });
+        *c = distance(solids, &lattice.node_position(&at, &[0.0; D])) - SKIN * dx;
+    }
+    let corner_at = |digits: &[usize; D]| {
+        let mut index = 0;
+        for a in (0..D).rev() {
+            index = index * corners_per_axis + digits[a];
+        }
+        corner[index]
+    };
+    let per = cells_per_block::<D>();
+    let mut ties = Vec::new();
+    for local in 0..per {
+        let digits = local_digits::<D>(local);
+        let cell: [i32; D] = std::array::from_fn(|a| low[a] + digits[a] as i32);
+        cells[local] = distance(solids, &lattice.node_position(&cell, &[CENTRE; D]));
+        for axis in 0..D {
+            let open = 1.0 - covered(&digits, axis, &corner_at);
+            faces[axis].0[local] = open;
+            let x = lattice.node_position(&cell, &mac_offset(axis));
+            let gap = distance(solids, &x);
+            if open >= 1.0 && gap >= AT_WALL * dx {
+                continue;
+            }
+            let Some(wall) = nearest(solids, &x) else { continue };
+            faces[axis].1[local] = wall.velocity[axis];
+            let node = block * per + local;
+            if grid.face[axis].mass[node] <= grid.mass_floor || gap >= AT_WALL * dx {
+                continue;
+            }
+            if let Some(tie) = tie(grid, solids, axis, node, &x, &wall, open) {
+                ties.push(tie);
+            }
+        }
+    }
+    BlockWeights { ties, near: true }
+}
+
+/// Share of a face that is covered by solids.
+fn covered<const D: usize>(digits: &[usize; D], axis: usize, corner: &impl Fn(&[usize; D]) -> f64) -> f64 {
+    let shifted = |shift: &[usize]| {
+        let mut d = *digits;
+        for &a in shift {
+            d[a] += 1;
+        }
+        corner(&d)
+    };
+    match D {
+        2 => open_fraction::inside_of_segment(shifted(&[]), shifted(&[1 - axis])),
+        _ => {
+            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+            open_fraction::inside_of_square([shifted(&[]), shifted(&[u]), shifted(&[u, v]), shifted(&[v])])
+        }
+    }
+}
+
+/// Ties a face at a wall to the first face in front of it.
+fn tie<const D: usize, S: Solid<D>>(
+    grid: &LiquidGrid<D>,
+    solids: &[S],
+    axis: usize,
+    node: usize,
+    x: &Vector<D>,
+    wall: &Nearest<D>,
+    open: f64,
+) -> Option<WallTie> {
+    let dx = grid.lattice().dx;
+    let normal_share = wall.normal[axis] * wall.normal[axis];
+    let along_normal = normal_share > NORMAL_SHARE;
+    // How far the component is held: fully along the normal of a closed face, by the stickiness across it.
+    let hold = wall.stick + (1.0 - wall.stick) * normal_share;
+    if open > 0.0 && (along_normal || wall.stick == 0.0) {
+        return None;
+    }
+    let out = wall.normal.iamax();
+    let side = if wall.normal[out] > 0.0 { 1 } else { -1 };
+    let prescribed = WallTie {
+        axis: axis as u8,
+        face: node as u32,
+        source: NONE,
+        ratio: 0.0,
+        carried: 0.0,
+        offset: wall.velocity[axis],
+    };
+    let mut source = node as u32;
+    for k in 1..=3 {
+        source = grid.blocks.along(source as usize, out, side);
+        if source == NONE {
+            return Some(prescribed);
+        }
+        let mut y = *x;
+        y[out] += f64::from(k * side) * dx;
+        let gap = distance(solids, &y);
+        if gap >= AT_WALL * dx {
+            if grid.face[axis].mass[source as usize] <= grid.mass_floor {
+                return Some(prescribed);
+            }
+            let mirrored = wall.distance / gap;
+            let ratio = hold * mirrored + (1.0 - hold);
+            let offset = hold * (1.0 - mirrored) * wall.velocity[axis];
+            return Some(WallTie { source, ratio, carried: 1.0 - hold, offset, ..prescribed });
+        }
+    }
+    Some(prescribed)
+}
+
+/// Distance to the free surface from the smoothed liquid fraction.
+fn liquid_distance<const D: usize>(
+    grid: &mut LiquidGrid<D>,
+    solid_fraction: Option<&[f64]>,
+    settings: &PressureSettings,
+) {
+    let n = grid.blocks.node_count();
+    let dx = grid.lattice().dx;
+    let shift = bspline::inverse_integral(settings.liquid_threshold);
+    let cell = &mut grid.cell;
+    cell.liquid_distance.resize(n, 0.0);
+    let (fraction, solid) = (&cell.liquid_fraction, &cell.solid_distance);
+    cell.liquid_distance.par_iter_mut().enumerate().with_min_len(4096).for_each(|(i, d)| {
+        let mut filled = fraction[i];
+        if filled <= 0.0 {
+            *d = 1.5 * dx;
+            return;
+        }
+        // The kernel of a cell at a wall reaches into the solid, where there is no liquid.
+        let open = bspline::integral((solid[i] / dx).clamp(-1.5, 1.5)).max(1.0 / 48.0);
+        let strands = solid_fraction.map_or(0.0, |s| s[i]).min(0.95);
+        filled /= open * (1.0 - strands);
+        *d = -dx * (bspline::inverse_integral(filled.min(1.0)) - shift);
+        if solid[i] < 0.0 && fraction[i] > 1e-3 {
+            // The open rest of a cell whose centre lies in the solid continues the liquid in front of it.
+            *d = d.min(-0.5 * dx);
+        }
+    });
+}

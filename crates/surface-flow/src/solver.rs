@@ -1,0 +1,219 @@
+//! The film step.
+
+use nalgebra::Vector3;
+
+use crate::advect;
+use crate::block::{Strand, WORK, for_each_strand};
+use crate::error::FilmError;
+use crate::limit;
+use crate::liquid::FilmLiquid;
+use crate::relax;
+use crate::report::FilmReport;
+use crate::settings::FilmSettings;
+use crate::shear;
+use crate::state::{FilmState, StrandSlices, film_height};
+use crate::wall::Wall;
+
+/// Steps films; owns the scratch, so that no step allocates.
+#[derive(Clone, Debug)]
+pub struct FilmSolver {
+    settings: FilmSettings,
+    liquid: FilmLiquid,
+    wall: Wall,
+    work: Vec<f64>,
+    crossed: Vec<f64>,
+}
+
+impl FilmSolver {
+    /// A solver for one liquid.
+    ///
+    /// # Errors
+    /// [`FilmError::Parameter`] if a setting is out of range.
+    pub fn new(liquid: FilmLiquid, settings: FilmSettings) -> Result<Self, FilmError> {
+        settings.check()?;
+        let wall = Wall::new(settings.wall, &liquid, settings.slip_length);
+        Ok(FilmSolver { settings, liquid, wall, work: Vec::new(), crossed: Vec::new() })
+    }
+
+    /// The settings.
+    #[must_use]
+    pub fn settings(&self) -> &FilmSettings {
+        &self.settings
+    }
+
+    /// The liquid.
+    #[must_use]
+    pub fn liquid(&self) -> &FilmLiquid {
+        &self.liquid
+    }
+
+    /// Friction on the strand.
+    #[must_use]
+    pub fn wall(&self) -> &Wall {
+        &self.wall
+    }
+
+    /// Volume that crossed each edge during the last advection [m³], along the tangent.
+    #[must_use]
+    pub fn crossed_volume(&self) -> &[f64] {
+        &self.crossed
+    }
+
+    /// One step up to the strain: advect, accelerate, rub, limit.
+    ///
+    /// - `gravity`: [m/s²]
+    /// - `dt`: step [s], > 0
+    ///
+    /// # Errors
+    /// [`FilmError::Shape`] if the slices do not fit (nothing is changed); [`FilmError::NonFinite`] if the film stopped being
+    /// finite (the state is then to be restored).
+    pub fn advance(
+        &mut self,
+        state: &mut FilmState,
+        strands: StrandSlices<'_>,
+        gravity: Vector3<f64>,
+        dt: f64,
+    ) -> Result<FilmReport, FilmError> {
+        let (settings, liquid, wall) = (self.settings, self.liquid, self.wall);
+        self.visit(state, strands, dt, true, &|strand| {
+            let advected = advect::advect(strand, &settings, liquid.density, dt);
+            shear::accelerate(strand, &settings, &liquid, gravity, dt);
+            rub(strand, &settings, &wall, dt);
+            advected.merged(limit::limit(strand, &settings, dt))
+        })
+    }
+
+    /// Carries the films along for `dt` [s].
+    ///
+    /// # Errors
+    /// As [`Self::advance`].
+    pub fn advect(
+        &mut self,
+        state: &mut FilmState,
+        strands: StrandSlices<'_>,
+        dt: f64,
+    ) -> Result<FilmReport, FilmError> {
+        let (settings, density) = (self.settings, self.liquid.density);
+        self.visit(state, strands, dt, true, &|strand| advect::advect(strand, &settings, density, dt))
+    }
+
+    /// Gravity, acceleration of the strands and elastic force over `dt` [s].
+    ///
+    /// # Errors
+    /// As [`Self::advance`].
+    pub fn accelerate(
+        &mut self,
+        state: &mut FilmState,
+        strands: StrandSlices<'_>,
+        gravity: Vector3<f64>,
+        dt: f64,
+    ) -> Result<FilmReport, FilmError> {
+        let (settings, liquid) = (self.settings, self.liquid);
+        self.visit(state, strands, dt, false, &|strand| {
+            shear::accelerate(strand, &settings, &liquid, gravity, dt);
+            FilmReport::default()
+        })
+    }
+
+    /// Friction on the strands over `dt` [s].
+    ///
+    /// # Errors
+    /// As [`Self::advance`].
+    pub fn rub(&mut self, state: &mut FilmState, strands: StrandSlices<'_>, dt: f64) -> Result<FilmReport, FilmError> {
+        let (settings, wall) = (self.settings, self.wall);
+        self.visit(state, strands, dt, false, &|strand| {
+            rub(strand, &settings, &wall, dt);
+            FilmReport::default()
+        })
+    }
+
+    /// Limits speeds and steep bulges.
+    ///
+    /// # Errors
+    /// As [`Self::advance`].
+    pub fn limit(
+        &mut self,
+        state: &mut FilmState,
+        strands: StrandSlices<'_>,
+        dt: f64,
+    ) -> Result<FilmReport, FilmError> {
+        let settings = self.settings;
+        self.visit(state, strands, dt, false, &|strand| limit::limit(strand, &settings, dt))
+    }
+
+    /// Stretches the strain by the velocities and lets it flow over `dt` [s] (stage 11).
+    ///
+    /// # Errors
+    /// As [`Self::advance`].
+    pub fn relax(
+        &mut self,
+        state: &mut FilmState,
+        strands: StrandSlices<'_>,
+        dt: f64,
+    ) -> Result<FilmReport, FilmError> {
+        let (settings, liquid) = (self.settings, self.liquid);
+        self.visit(state, strands, dt, false, &|strand| {
+            relax::relax(strand, &settings, &liquid, dt);
+            FilmReport::default()
+        })
+    }
+
+    /// Runs `stage` on every strand and adds the figures every stage reports.
+    fn visit(
+        &mut self,
+        state: &mut FilmState,
+        strands: StrandSlices<'_>,
+        dt: f64,
+        advects: bool,
+        stage: &(impl Fn(&mut Strand<'_>) -> FilmReport + Sync),
+    ) -> Result<FilmReport, FilmError> {
+        if !(dt > 0.0 && dt.is_finite()) {
+            return Err(FilmError::Parameter { name: "step", value: dt, allowed: "finite, above 0 s" });
+        }
+        state.check_shapes(&strands)?;
+        self.work.resize(WORK * state.area.len(), 0.0);
+        self.crossed.resize(state.velocity.len(), 0.0);
+        if advects {
+            self.crossed.fill(0.0);
+        }
+        let dry = self.settings.dry_fraction;
+        let report = for_each_strand(state, strands, &mut self.crossed, &mut self.work, &|mut strand| {
+            let mut report = stage(&mut strand);
+            let positive = |x: &f64| x.is_finite() && *x >= 0.0;
+            let fine = strand.area.iter().all(positive)
+                && strand.log_strain.iter().all(|x| x.is_finite())
+                && strand.velocity.iter().all(|x| x.is_finite());
+            if !fine {
+                report.bad_strands = 1;
+                report.first_bad = Some(strand.index);
+            }
+            for j in 0..strand.velocity.len() {
+                if strand.area[j].max(strand.area[j + 1]) >= strand.dry_area(j, dry) {
+                    report.wet += 1;
+                    report.stuck += usize::from(strand.velocity[j] == 0.0);
+                    report.max_speed = report.max_speed.max(strand.velocity[j].abs());
+                }
+            }
+            report
+        });
+        match report.first_bad {
+            None => Ok(report),
+            Some(first) => Err(FilmError::NonFinite { strands: report.bad_strands, first }),
+        }
+    }
+
+    /// Height of the film at a vertex [m].
+    #[must_use]
+    pub fn height(&self, state: &FilmState, strands: &StrandSlices<'_>, vertex: usize) -> f64 {
+        film_height(state.area[vertex], strands.semi_axes[vertex][0] + strands.semi_axes[vertex][1])
+    }
+}
+
+/// Friction of one film.
+fn rub(strand: &mut Strand<'_>, settings: &FilmSettings, wall: &Wall, dt: f64) {
+    for j in 0..strand.velocity.len() {
+        let both_dry = strand.area[j] < strand.dry_area(j, settings.dry_fraction)
+            && strand.area[j + 1] < strand.dry_area(j + 1, settings.dry_fraction);
+        strand.velocity[j] = if both_dry { 0.0 } else { wall.rub(strand.velocity[j], strand.edge_film(j).1, dt) };
+    }
+}

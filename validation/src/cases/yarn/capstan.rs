@@ -1,0 +1,98 @@
+//! A yarn pulled over a round post.
+
+use geometry::{Ease, Motion, ShapeDescription, Vector3, motion::Movement};
+use yarn::YarnMaterial;
+use yarn::diagnostics::tension;
+use yarn::settings::{Drive, ObstacleSettings};
+
+use super::setup::{CELL, SEGMENT, build, material, plane, polyline};
+use crate::case::{Case, CaseError, Outcome, Param, Params};
+
+/// Capstan.
+pub const CASE: Case = Case {
+    id: "yarn/capstan",
+    about: "A yarn held at one end and drawn over a fixed post: tensions of the free ends against Euler's T₂/T₁ = exp(μ φ).",
+    params: &[
+        Param::number("friction", 0.3, "1", "Coulomb coefficient of the post"),
+        Param::number("wrap", 180.0, "degrees", "angle of contact"),
+        Param::number("radius", 8.0, "cells", "radius of the post"),
+    ],
+    run,
+};
+
+fn run(p: &Params) -> Result<Outcome, CaseError> {
+    super::setup::alone(|| experiment(p))
+}
+
+fn experiment(p: &Params) -> Result<Outcome, CaseError> {
+    let friction = p.number_in("friction", 0.0, 1.0)?;
+    let wrap = p.number_in("wrap", 30.0, 180.0)?.to_radians();
+    let radius = p.number_in("radius", 4.0, 40.0)? * CELL;
+    let free = 8.0 * CELL;
+    // From the held end up, over the post, and down to the drawn end; starts just off the surface.
+    let reach = radius + 0.5 * CELL;
+    let half = 0.5 * wrap;
+    let arc = reach * wrap;
+    let total = 2.0 * free + arc;
+    let n = (total / SEGMENT).round() as usize + 1;
+    let place = |s: f64| {
+        // Angle from the top, positive to the right.
+        let along = (s - free).clamp(0.0, arc);
+        let angle = -half + along / reach;
+        let rest = if s < free { s - free } else { (s - free - arc).max(0.0) };
+        let (sin, cos) = angle.sin_cos();
+        vec![0.5 + reach * sin + rest * cos, 0.5 + reach * cos - rest * sin]
+    };
+    let points: Vec<Vec<f64>> = (0..n).map(|i| place(total * i as f64 / (n - 1) as f64)).collect();
+    // Stretched by 1 % at the held end when friction is mobilised everywhere; slow against the waves.
+    let strain = 0.01;
+    let growth = (friction * wrap).exp();
+    let draw = strain * (free * (1.0 + growth) + arc * (growth + 1.0) * 0.5) + 0.5 * CELL * wrap;
+    let (time, wait) = (0.25, 0.0);
+    let (sin, cos) = half.sin_cos();
+    let pull = Movement::Translate {
+        by: Vector3::new(cos * draw, -sin * draw, 0.0),
+        during: (wait, wait + time),
+        ease: Ease::Linear,
+    };
+    let mut settings =
+        plane(YarnMaterial { stretch_modulus: 4000.0, ..material(0.05) }, vec![polyline(points, vec![], vec![])]);
+    settings.obstacles = vec![ObstacleSettings {
+        shape: ShapeDescription::Sphere { center: Vector3::new(0.5, 0.5, 0.0), radius },
+        motion: Motion::default(),
+        friction,
+        restitution: 0.0,
+    }];
+    settings.drives = vec![
+        Drive { yarn: 0, vertex: 0, motion: Motion::default() },
+        Drive { yarn: 0, vertex: -1, motion: Motion { movements: vec![pull] } },
+    ];
+    let mut system = build(&settings)?;
+    let limit = system.tightest_limit().map_or(5e-5, |l| l.seconds);
+    let steps = (time / (0.9 * limit)).ceil() as usize;
+    let dt = time / steps as f64;
+    let (mut held, mut drawn, mut count) = (0.0, 0.0, 0.0);
+    let clear = (3.0 * CELL / SEGMENT) as usize;
+    let span = (free / SEGMENT) as usize;
+    for step in 0..steps {
+        system.advance(dt).map_err(CaseError::failed)?;
+        // A thousandth per step damps the waves of the start within a few transits.
+        for v in &mut system.state_mut().velocity {
+            *v *= 1.0 - 20.0 * dt;
+        }
+        if step * 4 > steps * 3 && step % 10 == 0 {
+            let mean = |from: usize, to: usize| {
+                (from..to).map(|i| tension(system.model(), system.state(), i)).sum::<f64>() / (to - from) as f64
+            };
+            held += mean(2, span - clear);
+            drawn += mean(n - 1 - span + clear, n - 3);
+            count += 1.0;
+        }
+    }
+    let mut out = Outcome::new();
+    out.compare("tension_ratio", drawn / held, growth, 0.05);
+    out.info("held_tension", held / count);
+    out.info("drawn_tension", drawn / count);
+    out.info("apparent_friction", (drawn / held).ln() / wrap);
+    Ok(out)
+}

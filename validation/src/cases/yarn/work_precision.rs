@@ -1,0 +1,86 @@
+//! Implicit against explicit steps at equal error.
+
+use std::time::Instant;
+
+use geometry::Motion;
+use yarn::YarnMaterial;
+use yarn::settings::{ImplicitSettings, Integrator, Pin, PinPlace};
+
+use super::setup::{CELL, SEGMENT, build, material, plane, polyline};
+use crate::case::{Case, CaseError, Curve, Outcome, Param, Params};
+
+/// Work and precision.
+pub const CASE: Case = Case {
+    id: "yarn/work-precision",
+    about: "A stiff swinging yarn: error of the end position against the time spent, explicit and implicit, from a fine explicit run.",
+    params: &[
+        Param::number("stretch_modulus", 1e5, "Pa", "stretch modulus"),
+        Param::number("time", 0.02, "s", "simulated time"),
+    ],
+    run,
+};
+
+fn run(p: &Params) -> Result<Outcome, CaseError> {
+    super::setup::alone(|| experiment(p))
+}
+
+fn experiment(p: &Params) -> Result<Outcome, CaseError> {
+    let modulus = p.number_in("stretch_modulus", 1000.0, 1e7)?;
+    let time = p.number_in("time", 0.001, 1.0)?;
+    let scene = |integrator| {
+        let points = (0..25).map(|i| vec![0.4 + f64::from(i) * SEGMENT, 0.5]).collect();
+        let velocities = (0..25).map(|i| vec![0.0, -0.08 * f64::from(i)]).collect();
+        let mut settings =
+            plane(YarnMaterial { stretch_modulus: modulus, ..material(0.05) }, vec![polyline(points, vec![], velocities)]);
+        settings.gravity = vec![0.0, -98.0];
+        settings.pins = vec![Pin { at: PinPlace::Vertex { yarn: 0, vertex: 0 }, half_width: 1.5, motion: Motion::default() }];
+        settings.step.integrator = integrator;
+        settings
+    };
+    let run = |integrator: Integrator, steps: usize| {
+        let mut system = build(&scene(integrator))?;
+        let clock = Instant::now();
+        for _ in 0..steps {
+            system.advance(time / steps as f64).map_err(CaseError::failed)?;
+        }
+        Ok::<_, CaseError>((system.state().position.clone(), clock.elapsed().as_secs_f64()))
+    };
+    let limit = build(&scene(Integrator::Explicit))?.tightest_limit().map_or(1e-4, |l| l.seconds);
+    let base = (time / limit).ceil() as usize;
+    let (exact, _) = run(Integrator::Explicit, 4 * base)?;
+    let error = |x: &[nalgebra::SVector<f64, 2>]| {
+        x.iter().zip(&exact).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) / CELL
+    };
+    let mut out = Outcome::new();
+    let (mut explicit, mut implicit) = (Vec::new(), Vec::new());
+    for factor in [1, 2] {
+        let (x, seconds) = run(Integrator::Explicit, factor * base)?;
+        explicit.push([seconds, error(&x)]);
+    }
+    let mut coarse = usize::MAX;
+    for share in [64, 32, 16, 8] {
+        let steps = (base / share).max(4);
+        let integrator = Integrator::Implicit(ImplicitSettings { max_cg: 500, ..ImplicitSettings::default() });
+        let (x, seconds) = run(integrator, steps)?;
+        implicit.push([seconds, error(&x)]);
+        coarse = coarse.min(steps);
+    }
+    out.measure(
+        "implicit_error_falls",
+        implicit[0][1] / implicit[3][1],
+        |ratio| ratio > 2.0,
+        "the implicit error falls at least by 2 over a step smaller by 8",
+    );
+    out.measure("implicit_error_fine", implicit[3][1], |e| e < 0.2, "below 0.2 cells at eight times the explicit step");
+    out.info("explicit_steps", base as f64);
+    out.info("coarsest_implicit_steps", coarse as f64);
+    out.curve(Curve {
+        title: format!("Stiff yarn, k = {modulus:.0e} Pa: error against time"),
+        x_label: "time spent [s]".to_owned(),
+        y_label: "largest position error [cells]".to_owned(),
+        log_x: true,
+        log_y: true,
+        series: vec![("explicit".to_owned(), explicit), ("implicit".to_owned(), implicit)],
+    });
+    Ok(out)
+}

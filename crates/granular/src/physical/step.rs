@@ -72,9 +72,14 @@ impl Sample {
             return;
         }
         let mid = self.cell.height / 2.0;
-        for b in &mut self.bodies {
+        let shift = |b: &mut Body| {
             b.vx += (b.y - mid) * change;
             b.omega -= 0.5 * change;
+        };
+        if self.bodies.len() > 4 * BLOCK && rayon::current_num_threads() > 1 {
+            self.bodies.par_chunks_mut(BLOCK).for_each(|block| block.iter_mut().for_each(shift));
+        } else {
+            self.bodies.iter_mut().for_each(shift);
         }
         self.cell.rate = rate;
         self.pending_rate_change += change;

@@ -1,6 +1,6 @@
 //! What the modulus costs: error against step, scatter against sample size, and what each fault of the original changes.
 
-use super::oscillation::settings;
+use super::oscillation::ParameterSet;
 use crate::case::{Case, CaseError, Curve, Outcome, Param, Params, Table};
 use granular::assembly::Plates;
 use granular::demodulation::Drift;
@@ -9,16 +9,14 @@ use granular::model::Mode;
 use granular::physical::{Lever, Rules, SlipRule};
 
 fn short(mode: Mode, p: &Params, seeds: u32) -> Result<MicrogelSettings, CaseError> {
-    let mut s = settings(
-        mode,
-        p.number_in("amplitude", 1e-4, 5.0)?,
-        p.number_in("mu", 0.0, 1000.0)?,
-        1.5,
-        p.flag("links")?,
-        5,
-        seeds,
-        1,
-    );
+    let set = ParameterSet {
+        amplitude: p.number_in("amplitude", 1e-4, 5.0)?,
+        mu: p.number_in("mu", 0.0, 1000.0)?,
+        packing: 1.5,
+        links: p.flag("links")?,
+        cut_lines: 5,
+    };
+    let mut s = set.settings(mode, seeds, 1);
     s.model.grains = p.count_in("grains", 10, 100_000)?;
     Ok(s)
 }

@@ -133,7 +133,6 @@ fn rejection(error: &GranularError) -> Rejection {
     let (reason, element) = match error {
         GranularError::NonFinite { grain, .. } => (RejectionReason::NonFinite, Some(Element::Grain(*grain))),
         GranularError::StepTooLarge { .. } => (RejectionReason::TooLargeMotion, None),
-        GranularError::LongLink { first, .. } => (RejectionReason::Infeasible, Some(Element::Grain(*first))),
         _ => (RejectionReason::Infeasible, None),
     };
     Rejection { stage: "grains", reason, element, detail: error.to_string() }

@@ -288,7 +288,8 @@ fn discrete_helix(radius: f64, pitch: f64, turns: f64, n: usize) -> Result<(RodS
     for j in 0..n - 1 {
         let (t, d1) = (rods.tangent(0, j).0, rods.reference_director[j]);
         let m1 = frame * V::x();
-        let mut angle = m1.cross(&d1).dot(&t).atan2(m1.dot(&d1)) * -1.0;
+        // from d1 to m1 about t
+        let mut angle = d1.cross(&m1).dot(&t).atan2(m1.dot(&d1));
         if let Some(last) = angles.last() {
             angle += std::f64::consts::TAU * ((last - angle) / std::f64::consts::TAU).round();
         }

@@ -35,7 +35,7 @@ pub fn bisect(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> Option<f64> {
     if fa == 0.0 {
         return Some(a);
     }
-    if !(fa * fb <= 0.0) {
+    if fa * fb > 0.0 || (fa * fb).is_nan() {
         return None;
     }
     for _ in 0..200 {

@@ -31,6 +31,9 @@ pub trait InverseDynamics: Sync {
     }
 }
 
+/// Blocks by row and column.
+type Triplets = Vec<(u32, u32, Block)>;
+
 /// Why a system cannot be assembled.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum AssemblyError {
@@ -90,7 +93,7 @@ pub fn assemble<D: InverseDynamics>(
     }
     let bases: Vec<[Vec3; 3]> = contacts.iter().map(PosedContact::basis).collect();
     let busy: Vec<usize> = (0..strands).filter(|s| !touching[*s].is_empty()).collect();
-    let parts: Vec<Result<Vec<(u32, u32, Block)>, AssemblyError>> = busy
+    let parts: Vec<Result<Triplets, AssemblyError>> = busy
         .par_iter()
         .map_init(Vec::new, |columns: &mut Vec<f64>, s| strand_blocks(*s, &touching[*s], &bases, dynamics, columns))
         .collect();
@@ -138,7 +141,7 @@ fn strand_blocks<D: InverseDynamics>(
     bases: &[[Vec3; 3]],
     dynamics: &D,
     columns: &mut Vec<f64>,
-) -> Result<Vec<(u32, u32, Block)>, AssemblyError> {
+) -> Result<Triplets, AssemblyError> {
     let n = dynamics.dofs(strand);
     let m = touching.len();
     let mut out = Vec::with_capacity(m * m);

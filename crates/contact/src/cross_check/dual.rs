@@ -9,6 +9,9 @@ use clarabel::solver::{
     SupportedConeT, ZeroConeT,
 };
 
+/// Matrix entries by row and column.
+type Entries = Vec<(usize, usize, f64)>;
+
 /// Largest relative asymmetry that counts as round-off.
 const SYMMETRIC: f64 = 1e-10;
 
@@ -86,7 +89,7 @@ impl ConvexSolve for Dual {
 }
 
 /// Rows `s = −A x` that put an impulse into its cone; returns the cones in order.
-pub(super) fn cone_rows(friction: &[f64]) -> (Vec<(usize, usize, f64)>, Vec<SupportedConeT<f64>>, usize) {
+pub(super) fn cone_rows(friction: &[f64]) -> (Entries, Vec<SupportedConeT<f64>>, usize) {
     let mut t = Vec::new();
     let mut cones = Vec::new();
     let mut row = 0;

@@ -218,7 +218,7 @@ mod tests {
     fn incline_threshold() {
         let nu: f64 = 0.3;
         let w = crate::block::IDENTITY;
-        for (angle, slides) in [(nu.atan() - 1e-9, false), (nu.atan() + 1e-9, true), (0.5236, true)] {
+        for (angle, slides) in [(nu.atan() - 1e-9, false), (nu.atan() + 1e-9, true), (0.55, true)] {
             let gh = 9.81e-3;
             let b = [-gh * angle.cos(), gh * angle.sin(), 0.0];
             let r = LocalContact::new(&w, nu).solve(&b, &[0.0; 3], LocalMethod::Enumerative).impulse;

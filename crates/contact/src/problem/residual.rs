@@ -59,6 +59,16 @@ impl ResidualParts {
         self.free_squared.max(self.impulse_squared).max(self.velocity_squared).sqrt()
     }
 
+    /// Size by which a solver judges itself: as [`size`](Self::size), but in scaled problems at most a thousand times the
+    /// free velocity. Where no solution is near, impulses run away and would make any violation look small beside them.
+    #[must_use]
+    pub fn guarded_size(&self, scaling: Scaling) -> f64 {
+        match scaling {
+            Scaling::PerContact if self.free_squared > 0.0 => self.size().min(RUNAWAY * self.free_squared.sqrt()),
+            _ => self.size(),
+        }
+    }
+
     /// The relative residual (absolute if everything vanishes); NaN stays NaN.
     #[must_use]
     pub fn relative(&self) -> f64 {
@@ -66,6 +76,9 @@ impl ResidualParts {
         if s > 0.0 { self.map_squared.sqrt() / s } else { self.map_squared.sqrt() }
     }
 }
+
+/// Impulses over free velocity (in one unit) above which the size no longer counts.
+const RUNAWAY: f64 = 1e3;
 
 /// Relative natural-map residual of impulses `r` (with the cohesive shift) for `u = W r + q`.
 ///

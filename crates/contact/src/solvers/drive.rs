@@ -172,9 +172,11 @@ fn finish(
         crate::problem::Scaling::PerContact,
     );
     let jammed = violation.map_squared > (JAMMED * JAMMED) * violation.free_squared;
+    let guarded = parts.guarded_size(settings.scaling);
+    let held = residual <= settings.tolerance && parts.map_squared.sqrt() <= settings.tolerance * guarded.max(0.0);
     let status = if jammed {
         if worst.is_converged() { Status::Stalled } else { worst }
-    } else if residual <= settings.tolerance {
+    } else if held {
         Status::Converged
     } else if worst.is_converged() {
         Status::Stalled

@@ -45,7 +45,7 @@ impl Group<'_> {
     /// The relative residual of sums gathered elsewhere.
     #[must_use]
     pub fn relative(&self, parts: &ResidualParts) -> f64 {
-        let size = parts.size().max(self.size_floor);
+        let size = parts.guarded_size(self.scaling).max(self.size_floor);
         let map = parts.map_squared.sqrt();
         if size > 0.0 { map / size } else { map }
     }

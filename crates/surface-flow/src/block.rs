@@ -35,13 +35,10 @@ impl Strand<'_> {
         0.5 * (before + after)
     }
 
-    /// Cross-section [m²] and height [m] of the film on an edge.
+    /// Sum of the semi-axes of the strand on an edge [m].
     #[inline]
-    pub fn edge_film(&self, j: usize) -> (f64, f64) {
-        let area = 0.5 * (self.area[j] + self.area[j + 1]);
-        let axes =
-            0.5 * (self.semi_axes[j][0] + self.semi_axes[j][1] + self.semi_axes[j + 1][0] + self.semi_axes[j + 1][1]);
-        (area, crate::state::film_height(area, axes))
+    pub fn edge_axes(&self, j: usize) -> f64 {
+        0.5 * (self.semi_axes[j][0] + self.semi_axes[j][1] + self.semi_axes[j + 1][0] + self.semi_axes[j + 1][1])
     }
 
     /// Cross-section below which a vertex counts as dry [m²].

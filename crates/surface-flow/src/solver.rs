@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::advect;
+use crate::advect::{self, minmod};
 use crate::block::{Strand, WORK, for_each_strand};
 use crate::error::FilmError;
 use crate::limit;
@@ -209,11 +209,30 @@ impl FilmSolver {
     }
 }
 
-/// Friction of one film.
+/// Friction of one film. The height is that of the film which crosses the edge, reconstructed from its upstream side as the
+/// volume flux is: the flux of a film in balance is then the upwind flux of a kinematic wave, and fronts stay monotone.
 fn rub(strand: &mut Strand<'_>, settings: &FilmSettings, wall: &Wall, dt: f64) {
-    for j in 0..strand.velocity.len() {
-        let both_dry = strand.area[j] < strand.dry_area(j, settings.dry_fraction)
-            && strand.area[j + 1] < strand.dry_area(j + 1, settings.dry_fraction);
-        strand.velocity[j] = if both_dry { 0.0 } else { wall.rub(strand.velocity[j], strand.edge_film(j).1, dt) };
+    let velocity = std::mem::take(&mut strand.velocity);
+    let edges = velocity.len();
+    let dry = |i: usize| strand.area[i] < strand.dry_area(i, settings.dry_fraction);
+    for j in 0..edges {
+        if dry(j) && dry(j + 1) {
+            velocity[j] = 0.0;
+            continue;
+        }
+        let (from, side) = if velocity[j] > 0.0 { (j, 0.5) } else { (j + 1, -0.5) };
+        let (area, length) = (&*strand.area, strand.edge_length);
+        let crossing = if dry(from) {
+            // a front's rear: nothing crosses, the edge moves with the film ahead of it
+            0.5 * (area[j] + area[j + 1])
+        } else if from > 0 && from < edges && !dry(from - 1) && !dry(from + 1) {
+            let slope =
+                minmod((area[from] - area[from - 1]) / length[from - 1], (area[from + 1] - area[from]) / length[from]);
+            area[from] + side * length[j] * slope
+        } else {
+            area[from]
+        };
+        velocity[j] = wall.rub(velocity[j], film_height(crossing, strand.edge_axes(j)), dt);
     }
+    strand.velocity = velocity;
 }

@@ -231,6 +231,26 @@ fn a_vanishing_film_is_held_by_the_strand() {
 }
 
 #[test]
+fn a_front_stays_monotone_and_a_heap_at_a_closed_end_pulls_nothing() {
+    let strands = Strands::new(&[201], |_| 5e-4);
+    let mut state = FilmState::new(&[201]);
+    let thin = film_area(5e-5, 2e-4);
+    for i in 0..201 {
+        state.area[i] = if i < 100 { 1.5 * thin } else { thin };
+    }
+    let mut solver = solver("water", FilmSettings::default());
+    for _ in 0..400 {
+        solver.advance(&mut state, strands.view(), Vector3::new(9.81, 0.0, 0.0), 2e-3).unwrap();
+    }
+    let front = (60..199).find(|i| state.area[*i] < 1.25 * thin).unwrap();
+    assert!(front > 110, "the front has moved: {front}");
+    // no overshoot behind it, nothing ahead of it, up to the heap in the last vertex
+    assert!((80..front).all(|i| state.area[i] < 1.51 * thin));
+    assert!((front + 3..199).all(|i| (state.area[i] / thin - 1.0).abs() < 1e-3));
+    assert!(state.area[200] > 5.0 * thin);
+}
+
+#[test]
 fn both_forms_of_inertia_say_the_same() {
     let counts = [40, 17];
     let strands = Strands::new(&counts, |j| 1e-3 * (1.0 + 0.3 * (j as f64).cos()));

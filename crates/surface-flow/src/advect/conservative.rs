@@ -1,6 +1,6 @@
 //! Finite volumes: volume at vertices, momentum at edges, both moved by the same fluxes.
 
-use super::reset_dry;
+use super::{minmod, reset_dry};
 use crate::block::Strand;
 use crate::report::FilmReport;
 use crate::settings::FilmSettings;
@@ -8,16 +8,6 @@ use crate::state::End;
 
 /// Sub-steps beyond which the speeds are not credible.
 const MAX_SUBSTEPS: usize = 100_000;
-
-fn minmod(a: f64, b: f64) -> f64 {
-    if a * b <= 0.0 {
-        0.0
-    } else if a.abs() < b.abs() {
-        a
-    } else {
-        b
-    }
-}
 
 /// Carries one film along for `dt`, in sub-steps that keep the Courant number.
 pub(super) fn advect(strand: &mut Strand<'_>, settings: &FilmSettings, density: f64, dt: f64) -> FilmReport {

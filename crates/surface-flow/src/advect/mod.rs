@@ -32,3 +32,14 @@ pub(crate) fn reset_dry(strand: &mut Strand<'_>, dry_fraction: f64) {
         }
     }
 }
+
+/// The smaller of two slopes of the same sign, 0 otherwise.
+pub(crate) fn minmod(a: f64, b: f64) -> f64 {
+    if a * b <= 0.0 {
+        0.0
+    } else if a.abs() < b.abs() {
+        a
+    } else {
+        b
+    }
+}

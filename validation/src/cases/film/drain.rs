@@ -1,6 +1,6 @@
 use constitutive::{FlowCurve, Liquid};
 use nalgebra::Vector3;
-use surface_flow::{FilmSettings, FilmSolver, FilmState, film_area, film_height};
+use surface_flow::{End, FilmSettings, FilmSolver, FilmState, film_area, film_height};
 
 use super::strand::{Strand, solver};
 use crate::case::{Case, CaseError, Curve, Outcome, Param, Params, Table};
@@ -56,6 +56,7 @@ impl Drain {
         let dx = length / edges as f64;
         let strand = Strand::new(edges + 1, self.radius, |_| dx);
         let mut state = FilmState::new(&[edges + 1]);
+        state.ends[0] = [End::Closed, End::Open];
         for i in 0..=edges {
             state.area[i] = start(i as f64 / edges as f64);
         }
@@ -70,6 +71,9 @@ impl Drain {
         Ok((state, dx))
     }
 }
+
+/// Travel of the waves in lengths of inertial adaptation.
+const INERTIA_LENGTHS: f64 = 600.0;
 
 fn run(p: &Params) -> Result<Outcome, CaseError> {
     let radius = p.positive("radius")?;
@@ -105,7 +109,10 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
     out.compare("speed", state.velocity[0], u, 1e-9);
     // 2. a very small wave: its centroid travels at d(uA)/dA. Length and time in terms of the wave's travel, far
     //    enough from the root that the film draining away there is not met
-    let travel = 40.0 * height.max(radius);
+    //    enough from the root that the film draining away there is not met. The theory neglects the film's inertia: cells
+    //    must be longer than the way a wave gains on the film while its speed adapts, or roll waves (which the film does
+    //    have) grow out of the shock
+    let travel = (40.0 * height.max(radius)).max(INERTIA_LENGTHS * (wave - u) * relax);
     let (length, time) = (8.0 * travel, travel / wave);
     let bump = |s: f64| area * (1.0 + 1e-4 * (-((s - 0.45) / 0.04f64).powi(2)).exp());
     let centroid = |state: &FilmState| {

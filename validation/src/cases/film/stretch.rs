@@ -14,7 +14,7 @@ pub const CASE: Case = Case {
         Param::number("index", 1.0, "1", "flow index"),
         Param::number("mu", 100.0, "Pa", "shear modulus"),
         Param::number("rate", 1.0, "1/s", "rate of stretching"),
-        Param::number("step", 1e-4, "s", "time step"),
+        Param::number("step", 0.0, "s", "time step; 0: 1/2000 of strain"),
     ],
     run,
 };
@@ -22,7 +22,9 @@ pub const CASE: Case = Case {
 fn run(p: &Params) -> Result<Outcome, CaseError> {
     let (tau, eta, n) =
         (p.number_in("yield_stress", 0.0, 1e6)?, p.positive("consistency")?, p.number_in("index", 0.05, 5.0)?);
-    let (mu, rate, dt) = (p.positive("mu")?, p.number("rate")?, p.positive("step")?);
+    let (mu, rate) = (p.positive("mu")?, p.number("rate")?);
+    let step = p.number_in("step", 0.0, 1e3)?;
+    let dt = if step > 0.0 { step } else { 5e-4 / rate.abs() };
     if rate == 0.0 || rate.abs() * dt > 0.1 {
         return Err(p.reject("rate", "not 0, and at most a tenth of strain a step"));
     }
@@ -38,9 +40,11 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
     }
     let expected =
         2f64.sqrt() * ((2.0f64 / 3.0).sqrt() * tau + eta * (2f64.sqrt() * rate.abs()).powf(n)) * rate.signum();
-    // elastic build-up, then the memory of the flow, several times over
-    let strain = expected.abs() / mu * (1.0 + n) + 1e-3;
-    let steps = ((8.0 * strain / (rate.abs() * dt)).ceil() as usize).clamp(100, 2_000_000);
+    // elastic build-up to the steady strain, then the memory of the flow, several times over
+    let theta = (expected.abs() / (2.0 * mu)).asinh();
+    let excess = eta * (2f64.sqrt() * rate.abs()).powf(n);
+    let strain = 4.0 * theta + 4.0 * n * excess / (mu * theta.cosh()) + 1e-3;
+    let steps = ((strain / (rate.abs() * dt)).ceil() as usize).clamp(100, 200_000);
     let stress = |state: &FilmState| mu * 2.0 * state.log_strain[2].sinh();
     let mut course = vec![[0.0, 0.0]];
     for k in 1..=steps {

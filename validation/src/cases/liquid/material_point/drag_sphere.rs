@@ -20,7 +20,7 @@ pub const CASE: Case = Case {
 };
 
 /// The printed formula, written out with plain powers.
-fn coefficient(re: f64, n: f64, ratio: f64) -> f64 {
+pub(super) fn coefficient(re: f64, n: f64, ratio: f64) -> f64 {
     let alpha = 3.0 / (n * n + n + 1.0);
     let x = 6f64.powf((n - 1.0) / 2.0) * alpha.powf(n + 1.0);
     let b = (3.0 * (alpha - 6f64.ln())).exp();

@@ -22,6 +22,9 @@ pub const CASE: Case = Case {
 /// Largest strain of one step that is still tried: beyond it the grid would not let a step through.
 const MAX_STRAIN: f64 = 1.0;
 
+/// Steps over the memory of the liquid beyond which a step is as good as none.
+const MAX_STEPS: f64 = 2e4;
+
 fn run(p: &Params) -> Result<Outcome, CaseError> {
     let names: Vec<&str> = if p.text("material")? == "all" {
         LIQUID_NAMES[..8].to_vec()
@@ -47,7 +50,12 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
             let law =
                 |flow_map| liquid.law(LawSettings { flow_map, ..LawSettings::default() }).map_err(CaseError::failed);
             let reference = TensorReference::new(&law(FlowMap::Exact)?).steady(rate).map_err(CaseError::failed)?.1;
-            for &dt in steps.iter().filter(|dt| **dt * rate <= MAX_STRAIN) {
+            let memory = if liquid.shear_modulus > 0.0 {
+                Viscometer::new(&law(FlowMap::Exact)?).memory_strain(rate)
+            } else {
+                0.0
+            };
+            for &dt in steps.iter().filter(|dt| **dt * rate <= MAX_STRAIN && memory <= MAX_STEPS * **dt * rate) {
                 let mut row = vec![name.to_owned(), format!("{rate}"), format!("{dt:.0e}")];
                 for (k, map) in FlowMap::ALL.into_iter().enumerate() {
                     let law = law(map)?;

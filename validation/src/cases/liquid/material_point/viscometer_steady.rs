@@ -33,8 +33,8 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
     }
     let given = step > 0.0;
     if !given {
-        // resolve the slower of build-up and forgetting, but at most a strain of 1/200 a step
-        step = if elastic { (meter.memory_strain(rate) / 400.0).min(5e-3) / rate } else { 1.0 / rate };
+        // resolve the slower of build-up and forgetting, but at most a strain of 1/500 a step
+        step = if elastic { (meter.memory_strain(rate) / 400.0).min(2e-3) / rate } else { 1.0 / rate };
     }
     let formula = choice.curve.shear_stress(rate);
     let mut out = Outcome::new();

@@ -74,7 +74,7 @@ pub fn deformation<const D: usize>(
                 }
                 if carried.strain && law.law.is_shear_elastic() {
                     let (trial, applied) = if flags[p] & TORN != 0 {
-                        let step = torn_step(&strains[k], *ratio, &f).map_err(fail)?;
+                        let step = torn_step(law.law.settings.torn, &strains[k], *ratio, &f).map_err(fail)?;
                         (step.trial, step.applied)
                     } else {
                         (elastic_trial(&strains[k], &f).map_err(fail)?, f)

@@ -101,7 +101,7 @@ fn spreading_evens_out_a_crowd_and_parts_coincident_particles() {
     }
     particles_to_grid::activate(&mut particles, &materials, &[], &mut grid).unwrap();
     let (_, end) = sampling(&grid, 4);
-    assert!(end < 0.7 * start, "{start} {end}");
+    assert!(end < 0.85 * start, "{start} {end}");
     let mut nearest = f64::INFINITY;
     for i in 0..particles.len() {
         for j in 0..i {

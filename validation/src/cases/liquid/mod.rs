@@ -1,5 +1,6 @@
 //! Cases of the bulk liquid.
 
+pub mod grid;
 pub mod material_point;
 
 use crate::case::Case;
@@ -7,5 +8,5 @@ use crate::case::Case;
 /// The cases of this group.
 #[must_use]
 pub fn cases() -> Vec<Case> {
-    material_point::cases()
+    [grid::cases(), material_point::cases()].concat()
 }

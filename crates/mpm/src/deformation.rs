@@ -4,7 +4,7 @@ use crate::LiquidError;
 use crate::material::LiquidMaterial;
 use crate::particles::{Particles, TORN};
 use constitutive::liquid_law::{DETERMINANT_RANGE, elastic_trial};
-use constitutive::tearing::torn_step;
+use constitutive::tearing::torn_step_with;
 use constitutive::{FlowMap, RheologyError};
 use numerics::tensor::{Tensor, determinant};
 use rayon::prelude::*;
@@ -74,7 +74,7 @@ pub fn deformation<const D: usize>(
                 }
                 if carried.strain && law.law.is_shear_elastic() {
                     let (trial, applied) = if flags[p] & TORN != 0 {
-                        let step = torn_step(law.law.settings.torn, &strains[k], *ratio, &f).map_err(fail)?;
+                        let step = torn_step_with(law.law.settings.torn, &strains[k], *ratio, &f).map_err(fail)?;
                         (step.trial, step.applied)
                     } else {
                         (elastic_trial(&strains[k], &f).map_err(fail)?, f)

@@ -17,7 +17,7 @@ use crate::material::LiquidMaterial;
 use crate::particles::{Particles, TORN};
 use crate::settings::Tangent;
 use constitutive::liquid_law::elastic_trial;
-use constitutive::tearing::torn_step;
+use constitutive::tearing::torn_step_with;
 use numerics::tensor::{Tensor, Vector, deviator, double_contraction, inverse, symmetric_part, trace};
 use rayon::prelude::*;
 
@@ -104,7 +104,7 @@ pub fn linearise<const D: usize>(
     }
     let f = Tensor::<D>::identity() + g * dt;
     let trial =
-        if torn { torn_step(law.settings.torn, strain, volume_ratio, &f)?.trial } else { elastic_trial(strain, &f)? };
+        if torn { torn_step_with(law.settings.torn, strain, volume_ratio, &f)?.trial } else { elastic_trial(strain, &f)? };
     let relaxed = law.relax(&trial.strain, strain, dt)?;
     let mu = law.shear_modulus;
     let d = deviator(&trial.strain);

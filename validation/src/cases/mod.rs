@@ -2,6 +2,7 @@
 //!
 //! Each group is a module with `cases()`; a new group adds its line here.
 
+pub mod contact;
 pub mod granular;
 pub mod liquid;
 
@@ -10,7 +11,7 @@ use crate::case::Case;
 /// Every case there is, in order of group and name.
 #[must_use]
 pub fn all() -> Vec<Case> {
-    let groups: Vec<Vec<Case>> = vec![granular::cases(), liquid::cases(), crate::hard::cases()];
+    let groups: Vec<Vec<Case>> = vec![contact::cases(), granular::cases(), liquid::cases(), crate::hard::cases()];
     let mut cases: Vec<Case> = groups.into_iter().flatten().collect();
     cases.sort_by_key(|case| case.id);
     cases

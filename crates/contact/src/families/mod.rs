@@ -5,9 +5,11 @@
 //! systems with rank-deficient matrices. Every problem follows from a seed.
 
 pub mod bodies;
+pub mod bundle;
 pub mod random;
 pub mod shapes;
 
 pub use bodies::{Bodies, Touch};
+pub use bundle::{Bundle, Chains, bundle};
 pub use random::{Random, random_system};
 pub use shapes::{Family, arch, boxes, capsules, chain, one_object, spheres, tower, vehicle};

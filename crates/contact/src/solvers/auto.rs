@@ -4,7 +4,7 @@
 use super::admm::Admm;
 use super::gauss_seidel::GaussSeidel;
 use super::group::{Group, GroupOutcome, GroupSolver};
-use super::newton::Newton;
+use super::newton::{Attempt, Newton};
 use crate::block::Vec3;
 use crate::local::{LocalContact, LocalMethod};
 use crate::report::Method;
@@ -23,8 +23,35 @@ pub struct Auto {
     pub max_admm_iterations: usize,
 }
 
-/// Sweeps that a Gauss–Seidel run is worth before Newton, per block multiplication of its factorisation and stored block.
+/// Sweeps before Newton: enough to settle loose groups and to start the others well.
 const FIRST_SWEEPS: usize = 20;
+
+/// Turns of the last resort.
+const TURNS: usize = 6;
+
+/// Newton attempts that start where the sweeps ended.
+const WARM: [Attempt; 2] = [
+    Attempt {
+        friction_power: 1.0,
+        neighbourhood: 0.5,
+        by_largest: true,
+        slip_smoothing: 0.01,
+        equilibrate: false,
+        damping: 1e-13,
+        warm: true,
+        lagged: false,
+    },
+    Attempt {
+        friction_power: 0.5,
+        neighbourhood: 2.0,
+        by_largest: true,
+        slip_smoothing: 0.1,
+        equilibrate: true,
+        damping: 1e-13,
+        warm: true,
+        lagged: false,
+    },
+];
 
 impl GroupSolver for Auto {
     fn name(&self) -> &'static str {
@@ -58,7 +85,24 @@ impl GroupSolver for Auto {
         if outcome.status.is_converged() {
             return outcome;
         }
-        outcome = GaussSeidel::new(self.max_sweeps, self.local).solve(group, r).after(&outcome);
+        // turns of sweeps and Newton from where they lead: each moves on where the other is stuck
+        let warm = Newton { max_iterations: self.max_newton_iterations, attempts: &WARM, ..Newton::default() };
+        let turn =
+            GaussSeidel { max_sweeps: self.max_sweeps / TURNS, check_every: 25, local: self.local, patience: None };
+        for _ in 0..TURNS {
+            outcome = turn.solve(group, r).after(&outcome);
+            if outcome.status.is_converged() {
+                return outcome;
+            }
+            let before = outcome.residual;
+            outcome = warm.solve(group, r).after(&outcome);
+            if outcome.status.is_converged() {
+                return outcome;
+            }
+            if outcome.residual > 0.999 * before && outcome.residual > 0.1 {
+                break;
+            }
+        }
         outcome
     }
 }

@@ -141,6 +141,9 @@ pub fn solve_with(
     finish(problem, settings, q, r, &outcomes)
 }
 
+/// Violation of the law relative to the free velocity above which a problem counts as jammed.
+const JAMMED: f64 = 1e-2;
+
 fn finish(
     problem: &ContactProblem,
     settings: &ContactSettings,
@@ -159,7 +162,19 @@ fn finish(
     }
     let residual = parts.relative();
     let worst = outcomes.iter().map(|o| o.status).max_by_key(|s| s.severity()).unwrap_or(Status::Converged);
-    let status = if residual <= settings.tolerance {
+    // Impulses that run away (no solution exists) make any residual relative to them small. In velocity terms the law must
+    // hold to a hundredth of the free velocity as well.
+    let violation = crate::problem::residual::residual_parts(
+        &problem.delassus,
+        &q,
+        &problem.friction,
+        &r,
+        crate::problem::Scaling::PerContact,
+    );
+    let jammed = violation.map_squared > (JAMMED * JAMMED) * violation.free_squared;
+    let status = if jammed {
+        if worst.is_converged() { Status::Stalled } else { worst }
+    } else if residual <= settings.tolerance {
         Status::Converged
     } else if worst.is_converged() {
         Status::Stalled

@@ -73,6 +73,7 @@ pub(super) fn follow(
         if iteration == max_iterations {
             break;
         }
+        system.hold(&u);
         system.linearise(&r, &u, mu, &mut f, &mut by_mu);
         system.assemble(lu);
         if !lu.factor() {

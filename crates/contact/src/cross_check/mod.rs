@@ -1,0 +1,20 @@
+//! An independent second opinion: the same problem as second-order cone programmes solved by Clarabel.
+//!
+//! For a *fixed* shift `ς_k` the problem with associated friction is convex; its solution with `ς_k = ν‖u_T‖` is the exact
+//! Coulomb solution. The outer fixed point on `ς` recovers it (Cadoux 2009; Acary and others 2011). Used in tests and by
+//! `--cross-check`, never as the answer of a run. Left at `ς = 0` it is the relaxed model of many engines: see
+//! [`convex_model`].
+//!
+//! ```text
+//! dual   ── unknown impulses, cost ½ rᵀW r: needs a symmetric W
+//! primal ── unknown velocities, cost ½ vᵀK v: keeps the sparse inverse dynamics, works for singular W
+//! outer  ── the fixed point on the shift, the same for both
+//! ```
+
+mod dual;
+mod outer;
+mod primal;
+
+pub use dual::{certify, convex_model, cross_check};
+pub use outer::{OracleAnswer, OracleError, OracleSettings};
+pub use primal::{PrimalProblem, cross_check_primal};

@@ -1,0 +1,363 @@
+//! Broad phase, narrow phase and pruning for a whole scene.
+
+use super::pair::{Capsule, pair_contact};
+use super::solids::SolidField;
+use super::strands::{DetectionError, DetectionSettings, Strands};
+use super::surface::surface_contacts;
+use crate::assembly::{ContactKey, ContactSide, PosedContact, SOLID};
+use crate::block::Vec3;
+use geometry::Aabb;
+use geometry::broad_phase::BoxGrid;
+use rayon::prelude::*;
+
+/// A contact found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// What touches what; a solid has strand [`SOLID`].
+    pub key: ContactKey,
+    /// Place on edge A, 0 … 1.
+    pub alpha: f64,
+    /// Place on edge B; 0 for a solid.
+    pub beta: f64,
+    /// Unit normal from B to A.
+    pub normal: Vec3,
+    /// Gap along the normal at the start of the step [m].
+    pub gap: f64,
+    /// Velocity of the solid at the contact [m/s]; zero between strands.
+    pub solid_velocity: Vec3,
+    /// When in the step they meet, 0 … 1.
+    pub time: f64,
+}
+
+impl Contact {
+    /// Whether side B is a solid.
+    #[must_use]
+    pub fn with_solid(&self) -> bool {
+        self.key.b.0 == SOLID
+    }
+
+    /// The contact as assembly takes it; `stride` freedoms per vertex.
+    #[must_use]
+    pub fn posed(&self, friction: f64, cohesion: f64, stride: u32) -> PosedContact {
+        PosedContact {
+            a: ContactSide::on_edge(self.key.a.0, self.key.a.1, self.alpha, stride),
+            b: (!self.with_solid()).then(|| ContactSide::on_edge(self.key.b.0, self.key.b.1, self.beta, stride)),
+            normal: self.normal,
+            external_velocity: self.solid_velocity,
+            gap: self.gap,
+            friction,
+            cohesion,
+        }
+    }
+}
+
+/// What detection found.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DetectionReport {
+    /// Pairs of boxes that overlapped.
+    pub candidates: usize,
+    /// Contacts before pruning.
+    pub found: usize,
+    /// Contacts kept.
+    pub kept: usize,
+    /// Deepest overlap [m], 0 if none.
+    pub worst_penetration: f64,
+}
+
+/// Detection with its reusable memory.
+#[derive(Clone, Debug, Default)]
+pub struct Detector {
+    grid: BoxGrid,
+    boxes: Vec<Aabb>,
+    /// Strand and edge of each box.
+    edges: Vec<(u32, u32)>,
+    pairs: Vec<[u32; 2]>,
+}
+
+const CHUNK: usize = 4096;
+
+impl Detector {
+    /// Finds the contacts of one step, ordered by key and place.
+    ///
+    /// # Errors
+    /// If the strand arrays do not fit together or a number is not finite.
+    pub fn detect(
+        &mut self,
+        strands: &Strands<'_>,
+        solids: &[&dyn SolidField],
+        settings: &DetectionSettings,
+        contacts: &mut Vec<Contact>,
+    ) -> Result<DetectionReport, DetectionError> {
+        strands.check()?;
+        contacts.clear();
+        self.edges.clear();
+        self.boxes.clear();
+        for s in 0..strands.count() {
+            let (first, next) = (strands.first_vertex[s] as usize, strands.first_vertex[s + 1] as usize);
+            for v in first..next.saturating_sub(1) {
+                self.edges.push((s as u32, (v - first) as u32));
+                let margin = strands.radius[v] * (1.0 + settings.proximity);
+                let mut b = Aabb::EMPTY;
+                let ends: &[&[Vec3]] =
+                    if settings.continuous { &[strands.start, strands.end] } else { &[strands.start] };
+                for x in ends {
+                    for p in &x[v..=v + 1] {
+                        for c in 0..3 {
+                            b.min[c] = b.min[c].min(p[c] - margin);
+                            b.max[c] = b.max[c].max(p[c] + margin);
+                        }
+                    }
+                }
+                self.boxes.push(b);
+            }
+        }
+        self.pairs.clear();
+        if settings.strand_strand && !self.boxes.is_empty() {
+            self.grid.build(&self.boxes).map_err(|_| DetectionError::Shape("too many edges"))?;
+            self.grid.overlapping_pairs(&mut self.pairs);
+        }
+        let edges = &self.edges;
+        let found: Vec<Vec<Contact>> = self
+            .pairs
+            .par_chunks(CHUNK)
+            .map(|chunk| {
+                let mut out = Vec::new();
+                for [i, j] in chunk {
+                    if let Some(c) = strand_pair(strands, edges[*i as usize], edges[*j as usize], settings) {
+                        out.push(c);
+                    }
+                }
+                out
+            })
+            .collect();
+        let on_solids: Vec<Vec<Contact>> = if solids.is_empty() {
+            Vec::new()
+        } else {
+            let boxes = &self.boxes;
+            (0..edges.len().div_ceil(CHUNK / 8))
+                .into_par_iter()
+                .map(|chunk| {
+                    let mut out = Vec::new();
+                    let range = chunk * (CHUNK / 8)..((chunk + 1) * (CHUNK / 8)).min(edges.len());
+                    for e in range {
+                        for (index, solid) in solids.iter().enumerate() {
+                            strand_solid(strands, edges[e], &boxes[e], index, *solid, settings, &mut out);
+                        }
+                    }
+                    out
+                })
+                .collect()
+        };
+        contacts.extend(found.into_iter().flatten());
+        contacts.extend(on_solids.into_iter().flatten());
+        let before = contacts.len();
+        prune(contacts, &self.edges, strands, settings.max_per_edge);
+        let worst_penetration = contacts.iter().map(|c| -c.gap).fold(0.0, f64::max);
+        Ok(DetectionReport { candidates: self.pairs.len(), found: before, kept: contacts.len(), worst_penetration })
+    }
+}
+
+fn capsule(strands: &Strands<'_>, (strand, edge): (u32, u32)) -> (Capsule, f64, usize) {
+    let v = (strands.first_vertex[strand as usize] + edge) as usize;
+    ([[strands.start[v], strands.start[v + 1]], [strands.end[v], strands.end[v + 1]]], strands.radius[v], v)
+}
+
+fn strand_pair(strands: &Strands<'_>, i: (u32, u32), j: (u32, u32), settings: &DetectionSettings) -> Option<Contact> {
+    // one strand: adjacent edges share a vertex and always overlap
+    if i.0 == j.0 && i.1.abs_diff(j.1) <= 1 {
+        return None;
+    }
+    let (a, ra, va) = capsule(strands, i);
+    let (b, rb, vb) = capsule(strands, j);
+    let near = settings.proximity * ra.min(rb);
+    let c = pair_contact(&a, &b, ra + rb, near, settings.continuous)?;
+    if i.0 == j.0 {
+        // arc length between the two places
+        let (lo, hi, s_lo, s_hi) = if va < vb { (va, vb, c.alpha, c.beta) } else { (vb, va, c.beta, c.alpha) };
+        let length = |v: usize| {
+            let d = crate::block::sub(&strands.start[v + 1], &strands.start[v]);
+            crate::block::norm_squared(&d).sqrt()
+        };
+        let limit = settings.self_exclusion * (ra + rb);
+        let mut arc = (1.0 - s_lo) * length(lo) + s_hi * length(hi);
+        for v in lo + 1..hi {
+            if arc > limit {
+                break;
+            }
+            arc += length(v);
+        }
+        if arc <= limit {
+            return None;
+        }
+    }
+    Some(Contact {
+        key: ContactKey { a: i, b: j },
+        alpha: c.alpha,
+        beta: c.beta,
+        normal: c.normal,
+        gap: c.gap,
+        solid_velocity: [0.0; 3],
+        time: c.time,
+    })
+}
+
+fn strand_solid(
+    strands: &Strands<'_>,
+    e: (u32, u32),
+    bounds: &Aabb,
+    index: usize,
+    solid: &dyn SolidField,
+    settings: &DetectionSettings,
+    out: &mut Vec<Contact>,
+) {
+    if let Some((lo, hi)) = solid.bounds()
+        && (0..3).any(|c| bounds.min[c] > hi[c] || bounds.max[c] < lo[c])
+    {
+        return;
+    }
+    let (a, radius, v) = capsule(strands, e);
+    let last = v + 2 == strands.first_vertex[e.0 as usize + 1] as usize;
+    surface_contacts(&a, radius, solid, settings.proximity * radius, settings.continuous, last, |c| {
+        out.push(Contact {
+            key: ContactKey { a: e, b: (SOLID, index as u32) },
+            alpha: c.alpha,
+            beta: 0.0,
+            normal: c.normal,
+            gap: c.gap,
+            solid_velocity: c.velocity,
+            time: c.time,
+        });
+    });
+}
+
+/// Keeps at most `limit` contacts per edge, the nearest first (ties by key), then orders what is left by key and place.
+fn prune(contacts: &mut Vec<Contact>, edges: &[(u32, u32)], strands: &Strands<'_>, limit: usize) {
+    let order =
+        |x: &Contact, y: &Contact| x.key.cmp(&y.key).then(x.alpha.total_cmp(&y.alpha)).then(x.beta.total_cmp(&y.beta));
+    let slot = |e: (u32, u32)| (strands.first_vertex[e.0 as usize] + e.1) as usize;
+    let mut count = vec![0usize; strands.start.len().max(edges.len())];
+    for c in contacts.iter() {
+        count[slot(c.key.a)] += 1;
+        if !c.with_solid() {
+            count[slot(c.key.b)] += 1;
+        }
+    }
+    // pairs come out ordered already; only crowded edges need the nearest-first pass
+    if count.iter().any(|n| *n > limit) {
+        contacts.sort_unstable_by(|x, y| x.gap.total_cmp(&y.gap).then(order(x, y)));
+        count.fill(0);
+        contacts.retain(|c| {
+            let (a, b) = (slot(c.key.a), (!c.with_solid()).then(|| slot(c.key.b)));
+            if count[a] >= limit || b.is_some_and(|b| count[b] >= limit) {
+                return false;
+            }
+            count[a] += 1;
+            if let Some(b) = b {
+                count[b] += 1;
+            }
+            true
+        });
+    }
+    contacts.sort_unstable_by(order);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geometry::{Motion, MovingSolid, ShapeDescription, Surface};
+
+    fn still<'a>(x: &'a [Vec3], first: &'a [u32], radius: &'a [f64]) -> Strands<'a> {
+        Strands { start: x, end: x, first_vertex: first, radius }
+    }
+
+    #[test]
+    fn crossed_strands_and_capsule_ends() {
+        let x =
+            [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.15], [0.0, 1.0, 0.15], [1.15, 0.0, 0.0], [3.0, 0.0, 0.0]];
+        let mut out = Vec::new();
+        let s = still(&x, &[0, 2, 4, 6], &[0.1; 6]);
+        let report = Detector::default().detect(&s, &[], &DetectionSettings::default(), &mut out).unwrap();
+        assert_eq!(out.len(), 2);
+        assert_eq!((out[0].key.a, out[0].key.b), ((0, 0), (1, 0)));
+        assert!((out[0].alpha - 0.5).abs() < 1e-12 && (out[0].gap + 0.05).abs() < 1e-12 && out[0].normal[2] == -1.0);
+        // end to end
+        assert_eq!((out[1].key.a, out[1].key.b, out[1].alpha, out[1].beta), ((0, 0), (2, 0), 1.0, 0.0));
+        assert!((report.worst_penetration - 0.05).abs() < 1e-12);
+    }
+
+    /// Neighbours along one strand never touch; a strand folded back on itself does.
+    #[test]
+    fn neighbours_are_excluded_by_arc_length() {
+        let r = 0.1;
+        let straight: Vec<Vec3> = (0..20).map(|i| [0.05 * i as f64, 0.0, 0.0]).collect();
+        let mut out = Vec::new();
+        let first = [0, 20];
+        Detector::default()
+            .detect(&still(&straight, &first, &[r; 20]), &[], &DetectionSettings::default(), &mut out)
+            .unwrap();
+        let limit = std::f64::consts::FRAC_PI_2 * 2.0 * r;
+        assert!(out.is_empty() || out.iter().all(|c| 0.05 * f64::from(c.key.a.1.abs_diff(c.key.b.1)) > limit - 0.1));
+        let fold = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [2.0, 0.0, 0.0],
+            [2.2, 0.1, 0.0],
+            [2.0, 0.19, 0.0],
+            [1.0, 0.19, 0.0],
+            [0.0, 0.19, 0.0],
+        ];
+        Detector::default()
+            .detect(&still(&fold, &[0, 7], &[r; 7]), &[], &DetectionSettings::default(), &mut out)
+            .unwrap();
+        assert!(out.iter().any(|c| c.key.a == (0, 0) && c.key.b == (0, 5)));
+    }
+
+    /// At most six contacts per edge, the nearest, whatever the order of the strands.
+    #[test]
+    fn pruning_keeps_the_nearest() {
+        let mut x = vec![[-5.0, 0.0, 0.0], [5.0, 0.0, 0.0]];
+        for i in 0..12 {
+            let (s, z) = (-3.0 + 0.5 * f64::from(i), 0.19 - 0.005 * f64::from((7 * i) % 12));
+            x.push([s, -1.0, z]);
+            x.push([s, 1.0, z]);
+        }
+        let first: Vec<u32> = (0..=13).map(|i| 2 * i).collect();
+        let radius = vec![0.1; x.len()];
+        let mut out = Vec::new();
+        let report = Detector::default()
+            .detect(&still(&x, &first, &radius), &[], &DetectionSettings::default(), &mut out)
+            .unwrap();
+        assert_eq!((report.found, report.kept), (12, 6));
+        assert!(out.iter().all(|c| c.gap <= -0.01 - 0.005 * 6.0 + 1e-12));
+        assert!(out.windows(2).all(|w| w[0].key < w[1].key));
+    }
+
+    /// A strand dropped on a plane and through a thin plate at a hundred radii per step is caught by both.
+    #[test]
+    fn solids_are_met_also_when_fast() {
+        let plate: ShapeDescription = ron::from_str("Box(center: (0.0, 0.0, 0.0), half_extents: (5.0, 5.0, 0.02))")
+            .unwrap_or_else(|e| panic!("{e}"));
+        let shape = plate.build(std::path::Path::new(".")).unwrap();
+        let solid = MovingSolid::new(shape, Motion::default(), Surface::default()).unwrap();
+        let (r, dt) = (0.01, 1e-3);
+        let start = [[-1.0, 0.0, 0.5], [0.0, 0.0, 0.5], [1.0, 0.0, 0.5]];
+        let end = start.map(|p| [p[0], p[1], p[2] - 100.0 * r]);
+        let step = StepSolidForTest::new(&solid, dt);
+        let s = Strands { start: &start, end: &end, first_vertex: &[0, 3], radius: &[r; 3] };
+        let mut out = Vec::new();
+        Detector::default().detect(&s, &[&step.0], &DetectionSettings::default(), &mut out).unwrap();
+        assert_eq!(out.len(), 3, "{out:?}");
+        for c in &out {
+            assert!((c.normal[2] - 1.0).abs() < 1e-9);
+            // gap to the upper face
+            assert!((c.gap - (0.5 - 0.02 - r)).abs() < 1e-9, "{c:?}");
+        }
+    }
+
+    struct StepSolidForTest<'a>(super::super::StepSolid<'a>);
+    impl<'a> StepSolidForTest<'a> {
+        fn new(solid: &'a MovingSolid, dt: f64) -> Self {
+            Self(super::super::StepSolid::new(solid, 0.0, dt))
+        }
+    }
+}

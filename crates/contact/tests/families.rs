@@ -1,0 +1,137 @@
+//! The project's own hyperstatic problems, threads, warm starts, jammed and infeasible problems.
+
+use contact::block::IDENTITY;
+use contact::families::{Bodies, Family, Random, arch, boxes, capsules, tower};
+use contact::{BlockMatrix, ContactProblem, ContactSettings, Scaling, SolverChoice, solve};
+
+/// Three members of every family are solved to 1e-8 in both scalings.
+#[test]
+fn every_family_is_solved() {
+    for family in Family::ALL {
+        for seed in 0..3 {
+            let p = family.member(seed);
+            for scaling in [Scaling::UnitStep, Scaling::PerContact] {
+                let s = solve(&p, None, &ContactSettings { scaling, ..ContactSettings::default() });
+                assert!(s.report.status().is_converged(), "{} {seed} {scaling:?} {:?}", family.name(), s.report);
+            }
+        }
+    }
+}
+
+/// The contact impulses take energy from rigid bodies, they never give any.
+#[test]
+fn impulses_never_add_energy() {
+    let mut random = Random::new(9);
+    let mut s = Bodies::default();
+    for j in 0..6 {
+        let b = s.add([0.0, 0.0, j as f64 + 0.5], random.uniform(0.2, 5.0), [0.2; 3]);
+        for d in [[-0.5, -0.5], [-0.5, 0.5], [0.5, -0.5], [0.5, 0.5]] {
+            s.touch(b, b.checked_sub(1), [d[0], d[1], j as f64], [0.0, 0.0, 1.0], 0.4);
+        }
+    }
+    for step in 0..20 {
+        for v in &mut s.velocity {
+            for c in v.iter_mut() {
+                *c += 0.1 * random.normal();
+            }
+        }
+        s.accelerate([1.0, 0.0, -9.81], 0.01);
+        let before = s.kinetic_energy();
+        let solution = solve(&s.problem(), None, &ContactSettings { tolerance: 1e-10, ..ContactSettings::default() });
+        assert!(solution.report.status().is_converged(), "step {step}: {:?}", solution.report);
+        s.apply(&solution.impulses);
+        assert!(s.kinetic_energy() <= before * (1.0 + 1e-9));
+    }
+}
+
+/// The same bits for one and for four threads.
+#[test]
+fn threads_do_not_change_the_answer() {
+    let mut random = Random::new(4);
+    let p = capsules(&mut random, 250, 0.4, 0.05, 0.0);
+    let settings = ContactSettings { parallel_above: 1, ..ContactSettings::default() };
+    let run = |threads: usize| {
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| solve(&p, None, &settings))
+    };
+    let (one, four) = (run(1), run(4));
+    assert!(one.report.groups > 1);
+    assert_eq!(one.impulses, four.impulses);
+    assert_eq!(one.report, four.report);
+}
+
+/// Units do not decide: a problem in other units of mass, length and time takes the same way to the same answer.
+#[test]
+fn units_do_not_decide() {
+    let mut random = Random::new(8);
+    let p = arch(&mut random, 9, 0.6, 0.01, 0.0);
+    let base = solve(&p, None, &ContactSettings::default());
+    let (mass, speed) = (2f64.powi(-30), 2f64.powi(7));
+    let triplets: Vec<_> = p.delassus.iter().map(|(i, j, b)| (i as u32, j as u32, b.map(|v| v / mass))).collect();
+    let q = p.free_velocity.iter().map(|v| v.map(|x| x * speed)).collect();
+    let scaled = ContactProblem::new(BlockMatrix::from_triplets(p.len(), &triplets), q, p.friction.clone()).unwrap();
+    let other = solve(&scaled, None, &ContactSettings::default());
+    assert!(base.report.status().is_converged() && other.report.status().is_converged());
+    for (a, b) in base.velocities.iter().zip(&other.velocities) {
+        for c in 0..3 {
+            assert!((a[c] * speed - b[c]).abs() <= 1e-6 * speed);
+        }
+    }
+}
+
+/// A warm start at the answer costs nothing; a useless one (infinite, too large) does no harm.
+#[test]
+fn warm_starts() {
+    let mut random = Random::new(6);
+    let p = boxes(&mut random, 3, 3, 0.5, [0.5, 0.0, -9.81], 0.0, 0.0);
+    let settings = ContactSettings::default();
+    let cold = solve(&p, None, &settings);
+    let warm = solve(&p, Some(&cold.impulses), &settings);
+    assert_eq!(warm.report.solve.iterations, 0);
+    for bad in [f64::NAN, f64::INFINITY, 1e300] {
+        let s = solve(&p, Some(&vec![[bad; 3]; p.len()]), &settings);
+        assert!(s.report.status().is_converged());
+        assert!(s.impulses.iter().flatten().all(|v| v.is_finite()));
+    }
+}
+
+/// A contact squeezed between two walls that close on it has no solution: best iterate, finite, and a status that says so.
+/// (Impulses that grow without bound would make any residual relative to them small: that must not count as solved.)
+#[test]
+fn jammed_problems_end_with_a_status() {
+    // one freedom along x, two opposite contacts, both forced to close
+    let w = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    let minus = [-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0];
+    let m = BlockMatrix::from_triplets(2, &[(0, 0, w), (0, 1, minus), (1, 0, minus), (1, 1, w)]);
+    let p = ContactProblem::new(m, vec![[-1.0, 0.2, 0.0], [-1.0, 0.2, 0.0]], vec![0.3, 0.3]).unwrap();
+    for solver in SolverChoice::ALL {
+        let s = solve(&p, None, &ContactSettings { solver, max_sweeps: 200, ..ContactSettings::default() });
+        assert!(!s.report.status().is_converged(), "{solver:?}");
+        assert!(s.impulses.iter().chain(&s.velocities).flatten().all(|v| v.is_finite()));
+        assert!(s.report.solve.residual.is_finite());
+    }
+}
+
+/// Frictionless, bilateral, frozen and cohesive contacts side by side.
+#[test]
+fn mixed_kinds_of_contact() {
+    let mut random = Random::new(12);
+    for solver in SolverChoice::ALL {
+        let mut p = tower(&mut random, 4, 0.5, [0.3, 0.0, -9.81], 0.02, 0.0);
+        for k in 0..4 {
+            p.friction[k] = 0.0;
+        }
+        p.friction[12] = 1e-14;
+        p.cohesion = vec![0.01; p.len()];
+        let s = solve(&p, None, &ContactSettings { solver, ..ContactSettings::default() });
+        assert!(s.report.status().is_converged(), "{solver:?} {:?}", s.report);
+        // a bilateral contact holds in every direction
+        let w = BlockMatrix::from_triplets(
+            2,
+            &[(0, 0, IDENTITY), (0, 1, IDENTITY.map(|v| 0.5 * v)), (1, 0, IDENTITY.map(|v| 0.5 * v)), (1, 1, IDENTITY)],
+        );
+        let glued = ContactProblem::new(w, vec![[1.0, 0.3, -0.2], [-1.0, 0.5, 0.0]], vec![-1.0, 0.4]).unwrap();
+        let s = solve(&glued, None, &ContactSettings { solver, ..ContactSettings::default() });
+        assert!(s.report.status().is_converged(), "{solver:?} {:?}", s.report);
+        assert!(s.velocities[0].iter().all(|v| v.abs() < 1e-7));
+    }
+}

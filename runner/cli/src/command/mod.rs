@@ -2,6 +2,7 @@
 
 mod batch;
 mod check;
+mod contact;
 mod plan;
 mod report;
 mod run;
@@ -25,6 +26,10 @@ pub enum Command {
     Plan(plan::Plan),
     /// Run validation cases against their references.
     Validate(validate::Validate),
+    /// Solve one saved contact problem.
+    Contact(contact::Contact),
+    /// Solve a problem again that a run could not solve.
+    Replay(contact::Replay),
     /// Write a page with plots and pictures of one or more runs.
     Report(report::Report),
     /// Print the reference of every scene field, as Markdown or as a JSON Schema.
@@ -62,6 +67,8 @@ impl Command {
             Command::Check(command) => command.run(),
             Command::Plan(command) => command.run(),
             Command::Validate(command) => command.run(),
+            Command::Contact(command) => command.run(),
+            Command::Replay(command) => command.run(),
             Command::Report(command) => command.run(),
             Command::Schema(command) => command.run(),
         }

@@ -17,6 +17,8 @@ pub struct Components {
     pub scripted: bool,
     /// Strands may touch each other or solids.
     pub contact: bool,
+    /// Strands may touch each other, or one itself.
+    pub strand_pairs: bool,
     /// Some strands carry a film.
     pub film: bool,
     /// Some film bears shear stress of its own (its shear modulus is not zero).
@@ -39,8 +41,8 @@ impl Components {
         let strands = !scene.strands.is_empty();
         let single = scene.strands.len() == 1
             && crate::scene::expand::counts(&scene.strands[0].shape).is_some_and(|(count, _)| count == 1);
-        let may_touch = (scene.contact.strand_strand && (!single || strand_may_touch_itself(scene)))
-            || (scene.contact.strand_solid && !scene.solids.is_empty());
+        let pairs = scene.contact.strand_strand && (!single || strand_may_touch_itself(scene));
+        let may_touch = pairs || (scene.contact.strand_solid && !scene.solids.is_empty());
         let moving_solid = |solid: &Solid| !scene.script(&solid.motion).is_empty();
         let scripted_strands = scene.strands.iter().any(|group| !group.clamp.is_empty());
         let film = scene.strands.iter().any(|group| group.film.is_some());
@@ -48,6 +50,7 @@ impl Components {
             strands,
             scripted: scripted_strands || scene.solids.iter().any(moving_solid) || scene.liquid.is_some(),
             contact: strands && may_touch && on(Component::StrandContact),
+            strand_pairs: strands && pairs && on(Component::StrandContact),
             film,
             film_shear: film && on(Component::FilmShear),
             liquid: scene.liquid.is_some(),

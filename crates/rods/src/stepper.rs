@@ -305,6 +305,52 @@ impl RodStepper {
         }
     }
 
+    /// Positions at the end of the step under the present solution \[m\], into `out` (one per vertex); the present ones
+    /// unless a solve succeeded.
+    pub fn ends_into(&self, rods: &RodSet, out: &mut Vec<Vector3<f64>>) {
+        out.clear();
+        out.extend(&rods.position);
+        let Some(scheme) = self.scheme else { return };
+        let factor = if scheme.integrator == Integrator::ImplicitMidpoint { 2.0 } else { 1.0 };
+        let history = rods.history.as_ref().filter(|_| scheme.previous != 0.0);
+        for s in 0..rods.strand_count() {
+            let (g, l) = self.place[s];
+            let group = &self.groups[g];
+            for (i, v) in rods.vertices(s).enumerate() {
+                let u = &group.u[i];
+                if let Some(h) = history {
+                    out[v] += (h.position[v] - rods.position[v]) * scheme.previous;
+                }
+                out[v] += Vector3::new(u[0][l], u[1][l], u[2][l]) * factor;
+            }
+            for f in group.fixed.iter().filter(|f| f.lane == l && f.dof % 4 < 3) {
+                out[rods.first_vertex[s] + f.dof / 4][f.dof % 4] = f.target;
+            }
+        }
+    }
+
+    /// Length \[s\] of the equivalent Euler step of the last solve: an impulse `r` handed to [`correct`](Self::correct) or
+    /// [`resolve`](Self::resolve) acts as the force `r / length` during the step.
+    #[must_use]
+    pub fn equivalent_step(&self) -> Option<f64> {
+        self.scheme.map(|s| s.tau)
+    }
+
+    /// Sum of the forces on the free vertices of a strand that the present solution leaves unbalanced \[N\].
+    ///
+    /// After [`correct`](Self::correct) it is what the linearisation leaves out: the forces at the clamps of the linear step
+    /// are the reactions plus this.
+    #[must_use]
+    pub fn unbalanced_force(&self, strand: usize) -> Vector3<f64> {
+        let mut sum = Vector3::zeros();
+        if let (Some(&(g, l)), Some(_)) = (self.place.get(strand), self.scheme) {
+            for v in &self.groups[g].gradient {
+                sum += Vector3::new(v[0][l], v[1][l], v[2][l]);
+            }
+        }
+        sum
+    }
+
     /// Adds impulses \[N s\], one per vertex, and solves again (nonlinear), starting from the present solution.
     /// Strands without impulse keep their bits.
     pub fn resolve(&mut self, rods: &RodSet, impulses: &[Vector3<f64>]) -> Result<RodReport, RodError> {

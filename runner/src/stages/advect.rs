@@ -9,6 +9,6 @@ use crate::world::World;
 pub fn run(world: &mut World, step: Step) -> Result<(), Rejection> {
     let Some(strands) = &mut world.strands else { return Ok(()) };
     let rods = &mut world.state.rods;
-    strands.book(rods, &world.gravity, step, &mut world.state.ledger);
+    strands.book(rods, world.contact.as_ref(), &world.gravity, step, &mut world.state.ledger);
     strands.stepper.accept(rods).map_err(|error| rejection(&error))
 }

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use rods::{RodSet, StepReason};
 use serde_json::{Map, Value, json};
 
+use super::contact::{ContactWorld, record};
 use super::{Ledger, Reaction, StrandWorld, World, WorldState, measure};
 use crate::record::frame::Frame;
 use crate::stages::Step;
@@ -48,7 +49,14 @@ impl StrandWorld {
     }
 
     /// Books forces of the clamps and impulses from outside for the step just solved; called before it is accepted.
-    pub fn book(&mut self, rods: &RodSet, gravity: &Vector3<f64>, step: Step, ledger: &mut Ledger) {
+    pub fn book(
+        &mut self,
+        rods: &RodSet,
+        contact: Option<&ContactWorld>,
+        gravity: &Vector3<f64>,
+        step: Step,
+        ledger: &mut Ledger,
+    ) {
         let mut sum = Vector3::zeros();
         for (part, reaction) in self.held.iter().zip(&mut self.reactions) {
             *reaction = Reaction::default();
@@ -73,6 +81,11 @@ impl StrandWorld {
             let (impulse, scale) = measure::outside_impulse(rods, &moving, gravity, &sum, step.dt);
             ledger.impulse += impulse;
             ledger.impulse_scale += scale;
+            if let Some(contact) = contact {
+                // between strands impulses cancel; solids give momentum
+                ledger.impulse += contact.outside_force * step.dt;
+                ledger.impulse_scale += contact.outside_scale * step.dt;
+            }
         }
     }
 }
@@ -89,6 +102,7 @@ impl WorldState {
         to.reference_twist.clone_from(&from.reference_twist);
         to.history.clone_from(&from.history);
         self.ledger = other.ledger;
+        self.contact.clone_from(&other.contact);
     }
 }
 
@@ -100,11 +114,17 @@ impl System for World {
     fn columns(&self) -> Vec<Column> {
         let mut columns = Vec::new();
         measure::columns(self, &mut columns);
+        if let Some(contact) = &self.contact {
+            record::columns(contact, &self.solids, &mut columns);
+        }
         columns
     }
 
     fn row(&self, out: &mut Vec<f64>) {
         measure::row(self, out);
+        if let (Some(contact), Some(memory)) = (&self.contact, &self.state.contact) {
+            record::row(contact, memory, out);
+        }
     }
 
     fn step_limits(&self) -> Vec<StepLimit> {
@@ -127,6 +147,9 @@ impl System for World {
         if held.is_finite() {
             limits.push(StepLimit { seconds: held, reason: "rods: motion of a clamp" });
         }
+        if let Some(seconds) = self.contact.as_ref().and_then(|contact| contact.step_limit(rods)) {
+            limits.push(StepLimit { seconds, reason: "contact: motion of a vertex" });
+        }
         limits
     }
 
@@ -146,11 +169,22 @@ impl System for World {
     }
 
     fn iterations(&self) -> usize {
-        self.strands.as_ref().map_or(0, |strands| strands.report.total_iterations)
+        let contact = self.contact.as_ref().map_or(0, |contact| contact.report.iterations);
+        self.strands.as_ref().map_or(0, |strands| strands.report.total_iterations) + contact
     }
 
     fn stage_seconds(&self) -> Vec<(&'static str, f64)> {
-        self.stages.iter().map(|stage| stage.name).zip(self.seconds.iter().copied()).collect()
+        let mut seconds: Vec<(&'static str, f64)> =
+            self.stages.iter().map(|stage| stage.name).zip(self.seconds.iter().copied()).collect();
+        if let Some(contact) = &self.contact {
+            // parts of the mixture stage, shown beside what is left of it
+            let parts = ["contact_detection", "contact_assembly", "contact_solve"];
+            for stage in seconds.iter_mut().filter(|(name, _)| *name == "mixture") {
+                stage.1 -= contact.seconds.iter().sum::<f64>();
+            }
+            seconds.extend(parts.into_iter().zip(contact.seconds));
+        }
+        seconds
     }
 
     fn frame(&self, step: u64, time: f64) -> Frame {
@@ -179,6 +213,9 @@ impl System for World {
     fn summary(&self) -> Map<String, Value> {
         let mut summary = Map::new();
         let rods = &self.state.rods;
+        if let (Some(contact), Some(memory)) = (&self.contact, &self.state.contact) {
+            record::summary(contact, memory, &mut summary);
+        }
         if let Some(strands) = &self.strands {
             let momentum = rods.momentum(&rods::Loads::gravity(self.gravity));
             let energy = rods.energy(&rods::Loads::gravity(self.gravity));
@@ -196,9 +233,25 @@ impl System for World {
         }
         summary
     }
+
+    fn failing_problem(&self) -> Option<(String, Vec<u8>)> {
+        self.unsolved_contact_problem()
+    }
+
+    fn final_files(&self) -> Vec<(String, Vec<u8>)> {
+        // a run that went on past an unsolved problem leaves the first one beside its record
+        let goes_on = self.contact.as_ref().is_some_and(|contact| !contact.rejects);
+        if goes_on { self.unsolved_contact_problem().into_iter().collect() } else { Vec::new() }
+    }
 }
 
 impl World {
+    fn unsolved_contact_problem(&self) -> Option<(String, Vec<u8>)> {
+        let problem = self.contact.as_ref()?.unsolved.as_ref()?;
+        let text = ::contact::problem::ron::write(problem).ok()?;
+        Some(("unsolved-contact.ron".to_owned(), text.into_bytes()))
+    }
+
     fn refuse_non_finite(&self) -> Result<(), Rejection> {
         let rods = &self.state.rods;
         let bad = |v: &Vector3<f64>| !v.iter().all(|x| x.is_finite());

@@ -5,6 +5,7 @@
 //! Scene ─► script, solids, strands ─► World { state (goes into checkpoints), setup (from the scene), scratch }
 //! ```
 
+pub mod contact;
 pub mod dynamics;
 pub mod measure;
 pub mod picture;
@@ -24,6 +25,8 @@ use crate::scene::Scene;
 use crate::scene::expand::StrandGeometry;
 use crate::scene::time::{Integrator as SceneIntegrator, RodHessian};
 use crate::stages::Stage;
+use contact::ContactWorld;
+use contact::memory::ContactMemory;
 use probes::Probe;
 use solids::SceneSolid;
 use strands::HeldPart;
@@ -75,12 +78,14 @@ pub struct WorldState {
     pub rods: RodSet,
     /// What has gone in and out since the start.
     pub ledger: Ledger,
+    /// What contact remembers; absent where nothing can touch.
+    pub contact: Option<ContactMemory>,
 }
 
 /// What has gone in and out since the start, for the defects of the record.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
-    /// Impulse of gravity, drag and holding forces on the strands [N s].
+    /// Impulse of gravity, drag, holding forces and solids on the strands [N s].
     pub impulse: Vector3<f64>,
     /// Momentum at the start [N s].
     pub initial_momentum: Vector3<f64>,
@@ -129,6 +134,8 @@ pub struct World {
     pub gravity: Vector3<f64>,
     /// Strands, if there are any.
     pub strands: Option<StrandWorld>,
+    /// Contact, where something can touch.
+    pub contact: Option<ContactWorld>,
     /// Solids.
     pub solids: Vec<SceneSolid>,
     /// What is followed step by step.
@@ -146,7 +153,9 @@ impl World {
     pub fn build(scene: &Scene, plan: &Plan, geometry: &[StrandGeometry]) -> Result<World, BuildError> {
         let built = strands::build(scene, geometry)?;
         let solids = solids::build(scene)?;
-        let mut state = WorldState { rods: built.rods, ledger: Ledger::default() };
+        let contact = ContactWorld::build(scene, &plan.components, &built.rods);
+        let memory = contact.as_ref().map(|_| ContactMemory::default());
+        let mut state = WorldState { rods: built.rods, ledger: Ledger::default(), contact: memory };
         let strands = if geometry.is_empty() {
             None
         } else {
@@ -176,6 +185,7 @@ impl World {
             time: 0.0,
             gravity: scene.gravity,
             strands,
+            contact,
             solids,
             probes,
             seconds: vec![0.0; stages.len()],

@@ -13,6 +13,9 @@ pub fn frame(world: &World, step: u64, time: f64) -> Frame {
     if world.strands.is_some() {
         pieces.push(strands(world));
     }
+    if let Some(contact) = &world.contact {
+        pieces.push(super::contact::record::picture(contact));
+    }
     if !world.solids.is_empty() {
         pieces.push(solids(world, time));
     }

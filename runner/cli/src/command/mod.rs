@@ -2,6 +2,7 @@
 
 mod batch;
 mod check;
+mod contact;
 mod fit;
 mod material;
 mod plan;
@@ -27,6 +28,10 @@ pub enum Command {
     Plan(plan::Plan),
     /// Run validation cases against their references.
     Validate(validate::Validate),
+    /// Solve one saved contact problem.
+    Contact(contact::Contact),
+    /// Solve a problem again that a run could not solve.
+    Replay(contact::Replay),
     /// Write a page with plots and pictures of one or more runs.
     Report(report::Report),
     /// Show a liquid in numbers, with its flow curve.
@@ -68,6 +73,8 @@ impl Command {
             Command::Check(command) => command.run(),
             Command::Plan(command) => command.run(),
             Command::Validate(command) => command.run(),
+            Command::Contact(command) => command.run(),
+            Command::Replay(command) => command.run(),
             Command::Report(command) => command.run(),
             Command::Material(command) => command.run(),
             Command::Fit(command) => command.run(),

@@ -38,6 +38,9 @@ pub struct Run {
     /// Stop with a checkpoint after this much wall-clock time [s].
     #[arg(long, value_name = "SECONDS")]
     pub wall_limit: Option<f64>,
+    /// Solve every so many steps' contact problem again with an independent solver and record the difference.
+    #[arg(long, value_name = "STEPS")]
+    pub cross_check: Option<u64>,
     /// Print progress as JSON lines on standard output.
     #[arg(long)]
     pub json_progress: bool,
@@ -63,7 +66,9 @@ impl Run {
     /// Runs the scene.
     pub fn run(self) -> miette::Result<Exit> {
         set_threads(self.threads)?;
-        let loaded = runner::scene::load(&self.scene, &self.set)?;
+        let mut set = self.set;
+        set.extend(self.cross_check.map(|every| format!("cross_check={every}")));
+        let loaded = runner::scene::load(&self.scene, &set)?;
         let title = loaded.scene.title.clone();
         let job = runner::prepare::job(loaded, rayon::current_num_threads())?;
         let options = RunOptions {

@@ -2,6 +2,7 @@
 
 mod bridge_force;
 mod capstan;
+mod capstan_strand;
 mod cross_check;
 mod families;
 mod incline;
@@ -19,6 +20,7 @@ pub fn cases() -> Vec<Case> {
     vec![
         bridge_force::CASE,
         capstan::CASE,
+        capstan_strand::CASE,
         cross_check::CASE,
         families::CASE,
         incline::CASE,

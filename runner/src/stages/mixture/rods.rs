@@ -1,15 +1,13 @@
-//! Stage 6, mixture: velocities of everything that moves.
-//!
-//! The steps of Algorithm 1 (spec 08) that exist so far, in its order: the rods' free solve (4); the rest joins here as it is built.
+//! Steps 4 and 17: the rods' implicit solve without contact.
 
 use rods::{Loads, RodError};
 
-use super::Step;
+use crate::stages::Step;
 use crate::system::{Element, Rejection, RejectionReason};
 use crate::world::World;
 
-/// Solves for the velocities at the end of the step; nothing moves yet.
-pub fn run(world: &mut World, step: Step) -> Result<(), Rejection> {
+/// Solves the rods' step as if nothing touched.
+pub fn solve_free(world: &mut World, step: Step) -> Result<(), Rejection> {
     let Some(strands) = &mut world.strands else { return Ok(()) };
     let loads = Loads::gravity(world.gravity);
     let rods = &world.state.rods;

@@ -1,0 +1,346 @@
+//! Steps 1, 6, 7 and 19: what touches, and the impulses by which it obeys Coulomb's law.
+//!
+//! ```text
+//! start and free end of the step ─► detection ─► contacts ─► W, q from the rods' factors ─► solve ─► impulses to the rods
+//!                ▲                                                                                       │
+//!                └── again where impulses push strands into something new, or the scene asks for it ──────┘
+//! ```
+//!
+//! Round by round the problem is posed in the whole impulses: with `r` so far and velocities `v` that contain it, the
+//! linearised rods give `u = W r' + (H v + w − W r)`. Handing over `r' − r` is then a Newton step on rods and contacts
+//! together; one round is the plain method (Kaufman and others 2014).
+
+mod impulses;
+mod motion;
+mod second_opinion;
+
+use std::time::Instant;
+
+use ::contact::assembly::{AssemblyError, ContactSystem, InverseDynamics, PosedContact, assemble};
+use ::contact::block::Vec3;
+use ::contact::detection::{DetectionError, SolidField, StepSolid, Strands};
+use ::contact::law::ContactState;
+use numerics::lanes::F4;
+use rods::{RodSet, StrandInverse};
+
+use super::rejection;
+use crate::stages::Step;
+use crate::system::{Rejection, RejectionReason};
+use crate::world::World;
+use crate::world::contact::memory::{ContactMemory, Place};
+use crate::world::contact::{ContactWorld, StepFigures};
+
+/// Rounds beyond those that the scene asks for, in which contacts are added that the impulses themselves made.
+const MOST_ADDITIONS: usize = 4;
+
+/// Share of the detection margin by which impulses may move a vertex before detection looks again.
+const UNSEEN_MOTION: f64 = 0.5;
+
+/// Share of an overlap that one step pushes apart (spec A.7).
+const STABILISATION: f64 = 0.2;
+
+/// Freedoms per vertex of a rod: position and angle.
+const STRIDE: u32 = 4;
+
+/// Finds contacts and gives the rods the impulses that obey Coulomb's law.
+pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
+    let World { state, contact: Some(contact), strands: Some(strands), solids, .. } = world else { return Ok(()) };
+    let Some(memory) = &mut state.contact else { return Ok(()) };
+    let rods = &state.rods;
+    let stepper = &mut strands.stepper;
+    contact.begin(rods, step, stepper, &strands.boundary);
+    let tau = stepper.equivalent_step().unwrap_or(step.dt);
+
+    let fields: Vec<StepSolid> = if contact.with_solids {
+        solids.iter().map(|solid| StepSolid::new(&solid.solid, step.time, step.dt)).collect()
+    } else {
+        Vec::new()
+    };
+    let fields: Vec<&dyn SolidField> = fields.iter().map(|field| field as &dyn SolidField).collect();
+    contact.look(rods, &fields, true)?;
+
+    let mut posed: Option<ContactSystem> = None;
+    let mut corrected = Vec::new();
+    for round in 0..contact.relinearisations + MOST_ADDITIONS {
+        if contact.lists.active.is_empty() {
+            break;
+        }
+        let begin = Instant::now();
+        let touched = contact.touched_strands();
+        stepper.prepare_factors(Some(&touched));
+        let inverses = Inverses::of(&touched, rods.strand_count(), |strand| stepper.strand_inverse(strand));
+        contact.read_velocities(rods, stepper);
+        let setting = Setting { dt: step.dt, tau, friction: &strands.friction, solids };
+        let mut system = contact.pose(rods, &inverses, &setting)?;
+        let start = contact.start(&system, memory, tau, round == 0);
+        contact.seconds[1] += begin.elapsed().as_secs_f64();
+
+        let begin = Instant::now();
+        // the velocities contain the impulses of the rounds before
+        let so_far = system.problem.delassus.clone();
+        let carried = contact.lists.impulses.clone();
+        for (k, q) in system.problem.free_velocity.iter_mut().enumerate() {
+            let part = so_far.row_product(k, &carried);
+            *q = [q[0] - part[0], q[1] - part[1], q[2] - part[2]];
+        }
+        let solution = ::contact::solve(&system.problem, Some(&start), &contact.settings);
+        contact.seconds[2] += begin.elapsed().as_secs_f64();
+        contact.report.rounds += 1;
+        contact.report.iterations += solution.report.solve.iterations;
+        contact.report.residual = solution.report.solve.residual;
+        if !solution.report.status().is_converged() {
+            let first_round = contact.report.rounds == 1;
+            contact.not_solved(memory, &system, &solution.report.solve, first_round)?;
+        }
+
+        let nonlinear = round + 1 < contact.relinearisations;
+        contact.hand_over(rods, &solution.impulses);
+        let given = std::mem::take(&mut contact.lists.per_vertex);
+        let done = if nonlinear { stepper.resolve(rods, &given) } else { stepper.correct(rods, &given) };
+        contact.lists.per_vertex = given;
+        let report = done.map_err(|error| rejection(&error))?;
+        strands.report.halvings += report.halvings;
+        contact.lists.impulses = solution.impulses;
+        contact.lists.states = solution.states;
+        posed = Some(system);
+        corrected = touched;
+
+        let moved = contact.follow(rods, stepper);
+        let unseen = UNSEEN_MOTION * contact.detection.proximity * contact.smallest_radius;
+        let grown = moved > unseen && contact.look(rods, &fields, false)?;
+        if !grown && !nonlinear {
+            break;
+        }
+    }
+
+    if let Some(system) = &posed {
+        // contacts added after the last round have no impulse yet
+        contact.drop_unsolved(system.contacts.len());
+        contact.confirm(memory, system);
+    }
+    contact.account(rods, stepper, &corrected, solids, step, tau);
+    contact.remember(memory, tau);
+    Ok(())
+}
+
+/// What a contact problem needs beside the contacts.
+struct Setting<'a> {
+    dt: f64,
+    tau: f64,
+    friction: &'a [f64],
+    solids: &'a [crate::world::solids::SceneSolid],
+}
+
+/// The factored step matrices of the strands in contact.
+struct Inverses {
+    place: Vec<u32>,
+    factors: Vec<StrandInverse>,
+}
+
+impl Inverses {
+    fn of(touched: &[usize], strands: usize, factor: impl Fn(usize) -> Option<StrandInverse>) -> Inverses {
+        let mut inverses = Inverses { place: vec![u32::MAX; strands], factors: Vec::with_capacity(touched.len()) };
+        for strand in touched {
+            if let Some(found) = factor(*strand) {
+                inverses.place[*strand] = inverses.factors.len() as u32;
+                inverses.factors.push(found);
+            }
+        }
+        inverses
+    }
+
+    fn get(&self, strand: usize) -> Option<&StrandInverse> {
+        self.place.get(strand).and_then(|place| self.factors.get(*place as usize))
+    }
+}
+
+impl InverseDynamics for Inverses {
+    fn dofs(&self, strand: usize) -> usize {
+        self.get(strand).map_or(0, StrandInverse::len)
+    }
+
+    fn apply(&self, strand: usize, x: &mut [f64]) {
+        if let Some(inverse) = self.get(strand) {
+            inverse.apply(x);
+        }
+    }
+
+    fn apply_three(&self, strand: usize, x: &mut [f64]) {
+        let Some(inverse) = self.get(strand) else { return };
+        let mut lanes: Vec<F4> = x.as_chunks::<3>().0.iter().map(|c| F4([c[0], c[1], c[2], 0.0])).collect();
+        inverse.apply_four(&mut lanes);
+        for (c, lane) in x.as_chunks_mut::<3>().0.iter_mut().zip(&lanes) {
+            *c = [lane[0], lane[1], lane[2]];
+        }
+    }
+}
+
+fn no_number(what: impl ToString) -> Rejection {
+    Rejection { stage: "mixture", reason: RejectionReason::NonFinite, element: None, detail: what.to_string() }
+}
+
+impl ContactWorld {
+    /// Contacts of the motion from the start to the present end of the step. The first look takes all; later ones only add
+    /// what would overlap and is not there yet. Returns whether anything was added.
+    fn look(&mut self, rods: &RodSet, solids: &[&dyn SolidField], first: bool) -> Result<bool, Rejection> {
+        let begin = Instant::now();
+        let lists = &mut self.lists;
+        let strands = Strands {
+            start: &lists.start,
+            end: &lists.end,
+            first_vertex: &self.first_vertex,
+            radius: &self.edge_radius,
+        };
+        lists
+            .detector
+            .detect(&strands, solids, &self.detection, &mut lists.found)
+            .map_err(|error: DetectionError| no_number(error))?;
+        self.adjust_gaps(rods);
+        let lists = &mut self.lists;
+        let before = lists.active.len();
+        if first {
+            let deepest = lists.found.iter().map(|c| -c.gap).fold(0.0, f64::max);
+            self.report.worst_penetration = deepest;
+        }
+        let mut known: Vec<Place> = lists.active.iter().map(Place::of).collect();
+        known.sort_unstable();
+        for i in 0..lists.found.len() {
+            let c = lists.found[i];
+            if motion::is_held(&c, &self.first_vertex, &lists.held) {
+                self.report.held += usize::from(first);
+                continue;
+            }
+            if !first {
+                let overlap = -motion::end_gap(&c, lists, &self.first_vertex, solids);
+                if overlap < 1e-3 * self.smallest_radius || known.binary_search(&Place::of(&c)).is_ok() {
+                    continue;
+                }
+            }
+            lists.active.push(c);
+            lists.impulses.push([0.0; 3]);
+            lists.states.push(ContactState::Open);
+        }
+        self.seconds[0] += begin.elapsed().as_secs_f64();
+        Ok(self.lists.active.len() > before)
+    }
+
+    /// Strands that touch something, in order.
+    fn touched_strands(&self) -> Vec<usize> {
+        let mut touched: Vec<usize> = Vec::new();
+        for c in &self.lists.active {
+            touched.push(c.key.a.0 as usize);
+            if !c.with_solid() {
+                touched.push(c.key.b.0 as usize);
+            }
+        }
+        touched.sort_unstable();
+        touched.dedup();
+        touched
+    }
+
+    /// The contact problem at the present velocities.
+    fn pose(&self, rods: &RodSet, inverses: &Inverses, setting: &Setting<'_>) -> Result<ContactSystem, Rejection> {
+        let lists = &self.lists;
+        let friction_of = |strand: u32| setting.friction[strand as usize];
+        let posed: Vec<PosedContact> = lists
+            .active
+            .iter()
+            .map(|c| {
+                let other = if c.with_solid() {
+                    setting.solids[c.key.b.1 as usize].friction
+                } else {
+                    friction_of(c.key.b.0)
+                };
+                let friction = if self.with_friction { (friction_of(c.key.a.0) * other).sqrt() } else { 0.0 };
+                // the gap is added below, where restitution and two-step formulas are known
+                PosedContact { gap: 0.0, ..c.posed(friction, 0.0, STRIDE) }
+            })
+            .collect();
+        let velocities: Vec<&[f64]> =
+            rods.first_vertex.windows(2).map(|w| &lists.velocity[4 * w[0]..4 * w[1]]).collect();
+        let mut system = assemble(&posed, inverses, rods.strand_count(), &velocities, setting.dt, 0.0)
+            .map_err(|error: AssemblyError| no_number(error))?;
+        for (q, c) in system.problem.free_velocity.iter_mut().zip(&lists.active) {
+            q[0] += motion::gap_velocity(c, lists, &self.first_vertex, rods, setting);
+        }
+        Ok(system)
+    }
+
+    /// Impulses to start from: those of the round before, or forces of the last step.
+    fn start(&self, system: &ContactSystem, memory: &ContactMemory, tau: f64, first: bool) -> Vec<Vec3> {
+        let active = self.lists.active.iter().zip(&system.contacts);
+        let remembered = active.map(|(c, posed)| memory.start(&Place::of(c), &posed.basis(), tau));
+        if first {
+            return remembered.collect();
+        }
+        let used = self.lists.impulses.iter();
+        remembered.zip(used).map(|(new, old)| if *old == [0.0; 3] { new } else { *old }).collect()
+    }
+
+    /// Counts and keeps a problem that was not solved; refuses the step where the scene wants that.
+    fn not_solved(
+        &mut self,
+        memory: &mut ContactMemory,
+        system: &ContactSystem,
+        report: &numerics::SolveReport,
+        first_round: bool,
+    ) -> Result<(), Rejection> {
+        memory.warnings += u64::from(first_round);
+        if self.rejects || self.unsolved.is_none() {
+            self.unsolved = Some(system.problem.clone());
+        }
+        if !self.rejects {
+            return Ok(());
+        }
+        let detail = format!(
+            "{} contacts, {:?}: residual {:.2e}, tolerance {:.1e}",
+            system.problem.len(),
+            report.status,
+            report.residual,
+            report.tolerance
+        );
+        Err(Rejection { stage: "mixture", reason: RejectionReason::NotConverged, element: None, detail })
+    }
+
+    /// Forgets contacts that were found after the last problem was solved.
+    fn drop_unsolved(&mut self, solved: usize) {
+        self.lists.active.truncate(solved);
+        self.lists.impulses.truncate(solved);
+        self.lists.states.truncate(solved);
+    }
+
+    /// Forces to start from in the next step.
+    fn remember(&self, memory: &mut ContactMemory, tau: f64) {
+        memory.steps += 1;
+        let lists = &self.lists;
+        let pressed = lists.active.iter().zip(&lists.impulses).filter(|(_, r)| **r != [0.0; 3]);
+        memory.renew(pressed.map(|(c, r)| {
+            let force = crate::world::contact::record::world_impulse(c, r) / tau;
+            (Place::of(c), force.into(), c.normal)
+        }));
+    }
+
+    fn begin(
+        &mut self,
+        rods: &RodSet,
+        step: Step,
+        stepper: &rods::RodStepper,
+        boundary: &rods::Boundary,
+    ) {
+        self.report = StepFigures::default();
+        self.seconds = [0.0; 3];
+        let lists = &mut self.lists;
+        lists.active.clear();
+        lists.impulses.clear();
+        lists.states.clear();
+        lists.start.clear();
+        lists.start.extend(rods.position.iter().map(|x| [x.x, x.y, x.z]));
+        lists.held.clear();
+        lists.held.resize(rods.vertex_count(), false);
+        for fixed in &boundary.vertices {
+            lists.held[fixed.vertex] |= fixed.components == [true; 3];
+        }
+        motion::read_ends(lists, rods, stepper);
+        motion::read_drift(lists, rods, stepper, step.dt);
+    }
+}

@@ -1,0 +1,79 @@
+//! Impulses to the vertices, forces to the solids and the ledger.
+
+use ::contact::block::Vec3;
+use ::contact::law::ContactState;
+use nalgebra::Vector3;
+use rods::{RodSet, RodStepper};
+
+use crate::stages::Step;
+use crate::world::Reaction;
+use crate::world::contact::ContactWorld;
+use crate::world::contact::record::world_impulse;
+use crate::world::solids::SceneSolid;
+
+impl ContactWorld {
+    /// Writes what the vertices get beyond the impulses of the rounds before, `Hᵀ (r' − r)`.
+    pub(super) fn hand_over(&mut self, rods: &RodSet, impulses: &[Vec3]) {
+        let lists = &mut self.lists;
+        lists.per_vertex.clear();
+        lists.per_vertex.resize(rods.vertex_count(), Vector3::zeros());
+        for ((c, new), old) in lists.active.iter().zip(impulses).zip(&lists.impulses) {
+            let more = world_impulse(c, &[new[0] - old[0], new[1] - old[1], new[2] - old[2]]);
+            let mut give = |(strand, edge): (u32, u32), at: f64, sign: f64| {
+                let v = (self.first_vertex[strand as usize] + edge) as usize;
+                lists.per_vertex[v] += more * (sign * (1.0 - at));
+                lists.per_vertex[v + 1] += more * (sign * at);
+            };
+            give(c.key.a, c.alpha, 1.0);
+            if !c.with_solid() {
+                give(c.key.b, c.beta, -1.0);
+            }
+        }
+    }
+
+    /// Counts states, sums forces on solids, and what the ledger must know.
+    pub(super) fn account(
+        &mut self,
+        rods: &RodSet,
+        stepper: &RodStepper,
+        corrected: &[usize],
+        solids: &[SceneSolid],
+        step: Step,
+        tau: f64,
+    ) {
+        let report = &mut self.report;
+        report.contacts = self.lists.active.len();
+        for state in &self.lists.states {
+            match state {
+                ContactState::Open => report.open += 1,
+                ContactState::Stick => report.sticking += 1,
+                ContactState::Slip => report.slipping += 1,
+                ContactState::Cohesive => report.cohesive += 1,
+            }
+        }
+        self.on_solids.fill(Reaction::default());
+        let (mut outside, mut scale) = (Vector3::zeros(), 0.0);
+        if self.with_solids {
+            let end = step.time + step.dt;
+            let center = |s: &SceneSolid| s.solid.at(end).pose().apply(&s.solid.shape.center());
+            let centers: Vec<Vector3<f64>> = solids.iter().map(center).collect();
+            for (c, r) in self.lists.active.iter().zip(&self.lists.impulses).filter(|(c, _)| c.with_solid()) {
+                let force = world_impulse(c, r) / tau;
+                let solid = c.key.b.1 as usize;
+                let arm = self.point(c) - centers[solid];
+                self.on_solids[solid].force -= force;
+                self.on_solids[solid].torque -= arm.cross(&force);
+                outside += force;
+                scale += force.norm();
+            }
+        }
+        // the linear step balances linearised forces: its clamps hold by the reactions and what the others lack
+        for strand in corrected {
+            if rods.strand_count() > *strand {
+                outside += stepper.unbalanced_force(*strand);
+            }
+        }
+        self.outside_force = outside;
+        self.outside_scale = scale;
+    }
+}

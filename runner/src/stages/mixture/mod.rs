@@ -1,0 +1,18 @@
+//! Stage 6, mixture: velocities of everything that moves.
+//!
+//! The steps of Algorithm 1 (spec 08) that exist so far, in its order; the rest joins here as it is built.
+
+pub mod contact;
+pub mod rods;
+
+pub use rods::rejection;
+
+use super::Step;
+use crate::system::Rejection;
+use crate::world::World;
+
+/// Solves for the velocities at the end of the step; nothing moves yet.
+pub fn run(world: &mut World, step: Step) -> Result<(), Rejection> {
+    rods::solve_free(world, step)?; // 4, 17
+    contact::resolve(world, step) // 1, 6, 7, 19
+}

@@ -1,0 +1,198 @@
+//! Contact of the strands of a scene: settings, memory from step to step, scratch, figures for the record.
+//!
+//! ```text
+//! mod     ── ContactWorld: settings from the scene, lists of the present step
+//! memory  ── what survives a step and goes into checkpoints: forces to start from, warnings, confirmations
+//! record  ── columns, rows, picture
+//! ```
+//!
+//! The algorithm is in `stages::mixture::contact`.
+
+pub mod memory;
+pub mod record;
+
+use ::contact::block::Vec3;
+use ::contact::detection::{Contact, DetectionSettings, Detector};
+use ::contact::law::ContactState;
+use ::contact::{ContactProblem, ContactSettings, SolverChoice};
+use nalgebra::Vector3;
+use rods::RodSet;
+
+use super::Reaction;
+use crate::plan::Components;
+use crate::scene::Scene;
+use crate::scene::contact::{ContactFailure, ContactSolver};
+use crate::scene::time::{Component, StepControl};
+
+/// Contact of a scene; absent where nothing can touch.
+pub struct ContactWorld {
+    /// Settings of the solvers.
+    pub settings: ContactSettings,
+    /// Settings of detection.
+    pub detection: DetectionSettings,
+    /// Strands meet solids.
+    pub with_solids: bool,
+    /// There is friction at all.
+    pub with_friction: bool,
+    /// How often the rods are linearised anew in one step, at least once.
+    pub relinearisations: usize,
+    /// A contact problem that is not solved rejects the step.
+    pub rejects: bool,
+    /// Every so many steps a second solver is asked.
+    pub cross_check: Option<u64>,
+    /// Radii a vertex may move in one step; only without continuous detection, which needs no such limit.
+    pub radii_per_step: Option<f64>,
+    /// Largest radius of each edge, at its first vertex [m].
+    pub edge_radius: Vec<f64>,
+    /// Smallest radius of all [m].
+    pub smallest_radius: f64,
+    /// Every strand is round and of constant thickness: no radius depends on place or direction.
+    pub uniform: bool,
+    /// First vertex of each strand, as detection takes it.
+    pub first_vertex: Vec<u32>,
+    /// Lists of the present step.
+    pub lists: Lists,
+    /// How the last step went.
+    pub report: StepFigures,
+    /// Force and torque (about its centre) of the strands on each solid during the last step.
+    pub on_solids: Vec<Reaction>,
+    /// Force of the solids on the strands during the last step, with what the linear step leaves to the clamps [N].
+    pub outside_force: Vector3<f64>,
+    /// Sum of the magnitudes of the forces of the solids [N].
+    pub outside_scale: f64,
+    /// Seconds spent in detection, assembly and solve during the last step.
+    pub seconds: [f64; 3],
+    /// The first contact problem that was not solved, and the last one that rejected a step.
+    pub unsolved: Option<ContactProblem>,
+}
+
+/// Memory that is used again every step.
+#[derive(Default)]
+pub struct Lists {
+    /// Broad phase and its memory.
+    pub detector: Detector,
+    /// What detection found.
+    pub found: Vec<Contact>,
+    /// Contacts of the step, in a fixed order.
+    pub active: Vec<Contact>,
+    /// Impulse of each in its basis [N s].
+    pub impulses: Vec<Vec3>,
+    /// What each does.
+    pub states: Vec<ContactState>,
+    /// Positions at the start of the step [m].
+    pub start: Vec<Vec3>,
+    /// Positions at its end under the present solution [m].
+    pub end: Vec<Vec3>,
+    /// Displacement at the end that velocities do not account for [m]; empty unless the integrator is a two-step one.
+    pub drift: Vec<Vector3<f64>>,
+    /// Velocity per freedom, four a vertex.
+    pub velocity: Vec<f64>,
+    /// Vertices that the boundary holds.
+    pub held: Vec<bool>,
+    /// Impulse per vertex [N s].
+    pub per_vertex: Vec<Vector3<f64>>,
+    /// Vectors in passing.
+    pub vectors: Vec<Vector3<f64>>,
+}
+
+/// Figures of one step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepFigures {
+    /// Contacts of the step.
+    pub contacts: usize,
+    /// Without impulse.
+    pub open: usize,
+    /// Sticking.
+    pub sticking: usize,
+    /// Sliding.
+    pub slipping: usize,
+    /// Held by cohesion.
+    pub cohesive: usize,
+    /// Contacts dropped because both sides are held.
+    pub held: usize,
+    /// Iterations of all contact solvers.
+    pub iterations: usize,
+    /// Contact problems solved (more than one where contacts were added or the rods linearised anew).
+    pub rounds: usize,
+    /// Natural-map residual of the last problem, relative.
+    pub residual: f64,
+    /// Deepest overlap at the start of the step [m].
+    pub worst_penetration: f64,
+}
+
+impl ContactWorld {
+    /// Contact as a scene asks for it; `None` where nothing can touch.
+    #[must_use]
+    pub fn build(scene: &Scene, components: &Components, rods: &RodSet) -> Option<ContactWorld> {
+        if !components.contact {
+            return None;
+        }
+        let asked = &scene.contact;
+        let settings = ContactSettings {
+            solver: match asked.solver {
+                ContactSolver::Auto => SolverChoice::Auto,
+                ContactSolver::GaussSeidel => SolverChoice::GaussSeidel,
+                ContactSolver::Newton => SolverChoice::Newton,
+                ContactSolver::Admm => SolverChoice::Admm,
+            },
+            tolerance: asked.tolerance,
+            max_sweeps: asked.max_iterations,
+            max_newton_iterations: asked.max_iterations.div_ceil(100),
+            max_admm_iterations: asked.max_iterations,
+            ..ContactSettings::default()
+        };
+        let detection = DetectionSettings {
+            proximity: asked.detection.margin,
+            max_per_edge: asked.detection.max_per_edge,
+            // the scene counts radii, detection sums of two
+            self_exclusion: 0.5 * asked.detection.self_distance,
+            continuous: asked.detection.continuous,
+            strand_strand: components.strand_pairs,
+        };
+        let cfl = match &scene.time.step {
+            StepControl::Adaptive(adaptive) => adaptive.cfl,
+            StepControl::Fixed(_) => 1.0,
+        };
+        let largest = |v: usize| rods.radius[v][0].max(rods.radius[v][1]);
+        let mut edge_radius = vec![0.0; rods.vertex_count()];
+        let mut uniform = true;
+        for strand in 0..rods.strand_count() {
+            let vertices = rods.vertices(strand);
+            let first = rods.radius[vertices.start];
+            uniform &= rods.radius[vertices.clone()].iter().all(|r| *r == first && r[0] == r[1]);
+            for v in vertices.start..vertices.end - 1 {
+                edge_radius[v] = largest(v).max(largest(v + 1));
+            }
+            edge_radius[vertices.end - 1] = largest(vertices.end - 1);
+        }
+        Some(ContactWorld {
+            settings,
+            detection,
+            with_solids: asked.strand_solid && !scene.solids.is_empty(),
+            with_friction: !scene.is_disabled(&Component::Friction),
+            relinearisations: asked.relinearisations.max(1),
+            rejects: asked.on_failure == ContactFailure::Reject,
+            cross_check: scene.cross_check,
+            radii_per_step: (!detection.continuous).then_some(cfl),
+            smallest_radius: rods.radius.iter().flatten().copied().fold(f64::INFINITY, f64::min),
+            edge_radius,
+            uniform,
+            first_vertex: rods.first_vertex.iter().map(|v| *v as u32).collect(),
+            lists: Lists::default(),
+            report: StepFigures::default(),
+            on_solids: vec![Reaction::default(); scene.solids.len()],
+            outside_force: Vector3::zeros(),
+            outside_scale: 0.0,
+            seconds: [0.0; 3],
+            unsolved: None,
+        })
+    }
+
+    /// Whether a step can be too long for contact, and the largest that is not [s].
+    #[must_use]
+    pub fn step_limit(&self, rods: &RodSet) -> Option<f64> {
+        let radii = self.radii_per_step?;
+        let speed = rods.velocity.iter().map(Vector3::norm).fold(0.0, f64::max);
+        (speed > 0.0).then(|| radii * self.smallest_radius / speed)
+    }
+}

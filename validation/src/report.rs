@@ -28,7 +28,10 @@ pub fn write(results: &[CaseResult], path: &Path) -> io::Result<()> {
 #[must_use]
 pub fn html(results: &[CaseResult]) -> String {
     let mut page = String::new();
-    let _ = write!(page, "<!doctype html><html lang=en><meta charset=utf-8><title>Validation</title><style>{STYLE}</style>");
+    let _ = write!(
+        page,
+        "<!doctype html><html lang=en><meta charset=utf-8><title>Validation</title><style>{STYLE}</style>"
+    );
     let passed = results.iter().filter(|r| r.outcome.passed()).count();
     let skipped = results.iter().filter(|r| r.outcome.skipped().is_some()).count();
     let failed = results.len() - passed - skipped;

@@ -16,7 +16,8 @@ pub fn energy<const D: usize>(model: &YarnModel<D>, state: &YarnState<D>, gravit
     let n = model.len();
     let middle = |i: usize| (state.velocity[i] + state.velocity[i + 1]) * 0.5;
     let kinetic = compensated_sum((0..n).map(|i| {
-        let mut sum = model.vertex_mass[i] * (state.velocity[i].norm_squared() + inertia * state.affine[i].norm_squared());
+        let mut sum =
+            model.vertex_mass[i] * (state.velocity[i].norm_squared() + inertia * state.affine[i].norm_squared());
         if model.has_segment(i) {
             sum += model.quadrature_mass[i]
                 * (middle(i).norm_squared() + inertia * state.quadrature_affine[i].norm_squared());

@@ -39,7 +39,9 @@ pub enum YarnError {
         step: u64,
     },
     /// The step asked for is larger than the method is stable for, and sub-steps are not allowed (or too many).
-    #[error("a step of {dt:.3e} s is too large: {reason} allows {limit:.3e} s ({substeps} sub-steps needed, {allowed} allowed)")]
+    #[error(
+        "a step of {dt:.3e} s is too large: {reason} allows {limit:.3e} s ({substeps} sub-steps needed, {allowed} allowed)"
+    )]
     StepTooLarge {
         /// Step asked for [s].
         dt: f64,
@@ -53,7 +55,9 @@ pub enum YarnError {
         allowed: usize,
     },
     /// The implicit solve did not reach its tolerance.
-    #[error("the implicit step did not converge: residual {residual:.3e} after {iterations} Newton iterations (tolerance {tolerance:.3e})")]
+    #[error(
+        "the implicit step did not converge: residual {residual:.3e} after {iterations} Newton iterations (tolerance {tolerance:.3e})"
+    )]
     NotConverged {
         /// Newton iterations.
         iterations: usize,

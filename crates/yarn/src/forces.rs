@@ -77,7 +77,11 @@ impl<const D: usize> Forces<D> {
 
 /// Stress of segment `i`, in the frame that the model asks for.
 #[inline]
-pub(crate) fn stress<const D: usize>(model: &YarnModel<D>, i: usize, deformation: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
+pub(crate) fn stress<const D: usize>(
+    model: &YarnModel<D>,
+    i: usize,
+    deformation: &SMatrix<f64, D, D>,
+) -> SMatrix<f64, D, D> {
     let law = &model.materials[model.material[i] as usize].law;
     if law.form == YarnForm::Printed
         && let Some(frames) = &model.world_frame
@@ -107,7 +111,11 @@ pub(crate) fn section_moment<const D: usize>(
 }
 
 #[inline]
-fn bending_gradient<const D: usize>(model: &YarnModel<D>, i: usize, position: &[SVector<f64, D>]) -> [SVector<f64, D>; 2] {
+fn bending_gradient<const D: usize>(
+    model: &YarnModel<D>,
+    i: usize,
+    position: &[SVector<f64, D>],
+) -> [SVector<f64, D>; 2] {
     let zero = [SVector::zeros(); 2];
     if !model.is_inner(i) {
         return zero;

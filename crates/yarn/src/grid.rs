@@ -4,7 +4,9 @@
 //! permuted, so that a vertex keeps its neighbours; the sorted order is looked up.
 
 use nalgebra::{SMatrix, SVector};
-use particle_grid::{BlockGrid, Contribution, Lanes, Lattice, ParticleOrder, ScatterScratch, cells_per_block, gather, scatter};
+use particle_grid::{
+    BlockGrid, Contribution, Lanes, Lattice, ParticleOrder, ScatterScratch, cells_per_block, gather, scatter,
+};
 use rayon::prelude::*;
 
 use crate::YarnError;
@@ -124,15 +126,7 @@ impl<const D: usize> Transfer<D> {
             });
         }
         let fields: [&[f64]; D] = std::array::from_fn(|a| self.fields[a].as_slice());
-        gather(
-            &self.grid,
-            &self.order,
-            &self.sorted,
-            fields,
-            [[0.0; D]; D],
-            &mut self.values,
-            &mut self.gradients,
-        );
+        gather(&self.grid, &self.order, &self.sorted, fields, [[0.0; D]; D], &mut self.values, &mut self.gradients);
     }
 
     /// Interpolates `self.nodes`.

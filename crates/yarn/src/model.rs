@@ -113,7 +113,10 @@ impl<const D: usize> YarnModel<D> {
     /// Where there is no such yarn or vertex.
     pub fn vertex(&self, setting: &str, yarn: usize, vertex: i64) -> Result<usize, YarnError> {
         if yarn >= self.yarn_count() {
-            return Err(YarnError::setting(setting, format!("there is no yarn {yarn}: there are {}", self.yarn_count())));
+            return Err(YarnError::setting(
+                setting,
+                format!("there is no yarn {yarn}: there are {}", self.yarn_count()),
+            ));
         }
         let (start, end) = (self.yarn_start[yarn] as i64, self.yarn_start[yarn + 1] as i64);
         let index = if vertex < 0 { end + vertex } else { start + vertex };
@@ -165,7 +168,9 @@ impl<const D: usize> YarnModel<D> {
                 if longest > 1.5 {
                     return Err(YarnError::setting(
                         path,
-                        format!("a segment of yarn {yarn} is {longest:.3} cells long; more than 1.5 share too few nodes"),
+                        format!(
+                            "a segment of yarn {yarn} is {longest:.3} cells long; more than 1.5 share too few nodes"
+                        ),
                     ));
                 }
                 if longest > 1.0 {
@@ -229,9 +234,9 @@ impl<const D: usize> YarnModel<D> {
         let mean_length = self.rest_length.iter().sum::<f64>() / count;
         for (material, given) in self.materials.iter_mut().zip(settings.materials.values()) {
             material.bending = match given.bending {
-                Bending::Rod { stiffness } if !settings.compat => BendingLaw::Rod(
-                    stiffness.unwrap_or_else(|| given.bundle_bending_stiffness(self.cell, D)),
-                ),
+                Bending::Rod { stiffness } if !settings.compat => {
+                    BendingLaw::Rod(stiffness.unwrap_or_else(|| given.bundle_bending_stiffness(self.cell, D)))
+                }
                 Bending::None => BendingLaw::None,
                 Bending::Spring { stiffness } => BendingLaw::Spring(
                     stiffness.unwrap_or(0.05 * given.stretch_modulus * mean_volume / (mean_length * mean_length)),

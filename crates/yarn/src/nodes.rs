@@ -53,12 +53,22 @@ pub(crate) struct Totals<const D: usize> {
     pub massless: usize,
     pub obstacles: Vec<SVector<f64, D>>,
     pub pins: Vec<SVector<f64, D>>,
+    /// What drives gave against the internal forces on their vertices.
+    pub drives: Vec<SVector<f64, D>>,
 }
 
 impl<const D: usize> Totals<D> {
     pub fn new(obstacles: usize, pins: usize) -> Self {
         let zero = SVector::zeros();
-        Self { body: zero, walls: zero, lost: zero, massless: 0, obstacles: vec![zero; obstacles], pins: vec![zero; pins] }
+        Self {
+            body: zero,
+            walls: zero,
+            lost: zero,
+            massless: 0,
+            obstacles: vec![zero; obstacles],
+            pins: vec![zero; pins],
+            drives: Vec::new(),
+        }
     }
 
     /// Adds the impulses of blocks in their order.

@@ -54,7 +54,10 @@ impl<const D: usize> YarnSystem<D> {
     /// The first setting that is wrong, or the first vertex that starts outside the domain.
     pub fn build(settings: &YarnSettings, base: &Path) -> Result<Self, YarnError> {
         if settings.dimension != D {
-            return Err(YarnError::setting("dimension", format!("the system has {D}, the settings {}", settings.dimension)));
+            return Err(YarnError::setting(
+                "dimension",
+                format!("the system has {D}, the settings {}", settings.dimension),
+            ));
         }
         settings.check()?;
         let (model, mut state, mut warnings) = YarnModel::build(settings)?;
@@ -113,7 +116,10 @@ impl<const D: usize> YarnSystem<D> {
             state.slip.len(),
         ];
         if fits.iter().any(|&len| len != n) {
-            return Err(YarnError::setting("state", format!("has arrays of {fits:?} entries, the scene has {n} vertices")));
+            return Err(YarnError::setting(
+                "state",
+                format!("has arrays of {fits:?} entries, the scene has {n} vertices"),
+            ));
         }
         if let Some(i) = state.first_non_finite() {
             let (yarn, vertex) = self.model.locate(i);
@@ -201,12 +207,8 @@ impl<const D: usize> YarnSystem<D> {
     }
 
     fn substep(&mut self, dt: f64, report: &mut StepReport<D>) -> Result<(), YarnError> {
-        let setting = Setting {
-            settings: &self.settings,
-            model: &self.model,
-            boundary: &self.boundary,
-            gravity: self.gravity,
-        };
+        let setting =
+            Setting { settings: &self.settings, model: &self.model, boundary: &self.boundary, gravity: self.gravity };
         let outcome = step(&setting, &mut self.state, &mut self.scratch, dt)?;
         report.substeps += 1;
         report.newton_iterations += outcome.solve.newton;

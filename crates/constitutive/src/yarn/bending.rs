@@ -58,10 +58,7 @@ impl<const D: usize> Angle<D> {
     #[inline]
     fn arms(&self) -> [SVector<f64, D>; 2] {
         let difference = self.t[1] - self.t[0];
-        [
-            (difference + self.t[0] * self.gap) / self.length[0],
-            (-difference + self.t[1] * self.gap) / self.length[1],
-        ]
+        [(difference + self.t[0] * self.gap) / self.length[0], (-difference + self.t[1] * self.gap) / self.length[1]]
     }
 }
 

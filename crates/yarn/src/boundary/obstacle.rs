@@ -77,7 +77,10 @@ impl PosedObstacle<'_> {
         match self.posed.bounds() {
             Some(bounds) => (0..8)
                 .map(|corner| {
-                    let p = nalgebra::Vector3::from_fn(|a, _| if corner >> a & 1 == 0 { bounds.min[a] } else { bounds.max[a] });
+                    let p =
+                        nalgebra::Vector3::from_fn(
+                            |a, _| if corner >> a & 1 == 0 { bounds.min[a] } else { bounds.max[a] },
+                        );
                     self.posed.velocity_at(&p).norm()
                 })
                 .fold(0.0, f64::max),

@@ -35,8 +35,7 @@ fn shapes_have_even_segments_of_the_length_asked_for() {
     assert!(ring[0].points.iter().all(|p| (p.norm() - 0.2).abs() < 1e-15 && p.y.abs() < 1e-15));
     let gap = (ring[0].points[0] - ring[0].points.last().unwrap()).norm();
     assert!((gap - ring[0].rest[0]).abs() < 1e-12);
-    let helix =
-        build::<3>(YarnShape::Helix { from: vec![0.0; 3], to: vec![0.0, 0.0, 0.3], radius: 0.05, turns: 3.0 });
+    let helix = build::<3>(YarnShape::Helix { from: vec![0.0; 3], to: vec![0.0, 0.0, 0.3], radius: 0.05, turns: 3.0 });
     even(&helix, 0.02);
     assert!((helix[0].points.last().unwrap().z - 0.3).abs() < 1e-12);
 }
@@ -71,14 +70,8 @@ fn weave_yarns_alternate_and_keep_apart() {
 
 #[test]
 fn knit_rows_pass_through_each_other_without_touching() {
-    let yarns = build::<3>(YarnShape::Knit {
-        center: vec![0.0; 3],
-        rows: 3,
-        loops: 3,
-        width: 0.16,
-        height: 0.08,
-        depth: 0.03,
-    });
+    let yarns =
+        build::<3>(YarnShape::Knit { center: vec![0.0; 3], rows: 3, loops: 3, width: 0.16, height: 0.08, depth: 0.03 });
     let mut least = f64::INFINITY;
     for (a, first) in yarns.iter().enumerate() {
         for second in &yarns[a + 1..] {
@@ -96,14 +89,8 @@ fn knit_rows_pass_through_each_other_without_touching() {
 
 #[test]
 fn random_yarns_stay_inside_and_repeat() {
-    let shape = |seed| YarnShape::HairBall {
-        center: vec![1.0, 0.0, 0.0],
-        radius: 0.1,
-        count: 5,
-        length: 0.6,
-        curl: 0.1,
-        seed,
-    };
+    let shape =
+        |seed| YarnShape::HairBall { center: vec![1.0, 0.0, 0.0], radius: 0.1, count: 5, length: 0.6, curl: 0.1, seed };
     let a = build::<3>(shape(7));
     assert_eq!(a, build::<3>(shape(7)));
     assert_ne!(a, build::<3>(shape(8)));
@@ -111,7 +98,8 @@ fn random_yarns_stay_inside_and_repeat() {
         assert!(strand.points.iter().all(|p| (p - SVector::from([1.0, 0.0, 0.0])).norm() <= 0.1 + 1e-12));
         assert!(strand.rest.iter().all(|l| *l > 0.005), "{:?}", strand.rest);
     }
-    let pile = build::<2>(YarnShape::CutPile { low: vec![0.0; 2], high: vec![1.0; 2], count: 20, length: 0.2, seed: 1 });
+    let pile =
+        build::<2>(YarnShape::CutPile { low: vec![0.0; 2], high: vec![1.0; 2], count: 20, length: 0.2, seed: 1 });
     assert!(pile.iter().flat_map(|s| &s.points).all(|p| p.iter().all(|x| (-1e-12..=1.0 + 1e-12).contains(x))));
 }
 

@@ -28,21 +28,22 @@ pub(super) fn weave<const D: usize>(
     }
     let (warps, wefts) = count;
     let mut yarns = Vec::with_capacity(warps + wefts);
-    let mut course = |along: &SVector<f64, D>, side: &SVector<f64, D>, own: usize, of: usize, others: usize, sign: f64| {
-        let offset = (own as f64 - 0.5 * (of as f64 - 1.0)) * spacing;
-        let reach = (others as f64 - 1.0) * spacing;
-        let parity = if own % 2 == 0 { sign } else { -sign };
-        let n = FINE * (others + 1);
-        let fine: Vec<_> = (0..=n)
-            .map(|i| {
-                // `s` runs from the first crossing; crossings at multiples of the spacing.
-                let s = -overhang + (reach + 2.0 * overhang) * i as f64 / n as f64;
-                let height = parity * amplitude * (std::f64::consts::PI * s / spacing).cos();
-                center + along * (s - 0.5 * reach) + side * offset + up * height
-            })
-            .collect();
-        yarns.push(resample(&fine, segment));
-    };
+    let mut course =
+        |along: &SVector<f64, D>, side: &SVector<f64, D>, own: usize, of: usize, others: usize, sign: f64| {
+            let offset = (own as f64 - 0.5 * (of as f64 - 1.0)) * spacing;
+            let reach = (others as f64 - 1.0) * spacing;
+            let parity = if own % 2 == 0 { sign } else { -sign };
+            let n = FINE * (others + 1);
+            let fine: Vec<_> = (0..=n)
+                .map(|i| {
+                    // `s` runs from the first crossing; crossings at multiples of the spacing.
+                    let s = -overhang + (reach + 2.0 * overhang) * i as f64 / n as f64;
+                    let height = parity * amplitude * (std::f64::consts::PI * s / spacing).cos();
+                    center + along * (s - 0.5 * reach) + side * offset + up * height
+                })
+                .collect();
+            yarns.push(resample(&fine, segment));
+        };
     for i in 0..warps {
         course(&warp, &across, i, warps, wefts, 1.0);
     }

@@ -38,12 +38,7 @@ pub(super) struct Contacts<const D: usize> {
 
 impl<const D: usize> Contacts<D> {
     /// Finds candidate contacts; those hold at first that the predicted velocities run into.
-    pub fn find(
-        grid: &BlockGrid<D>,
-        boundary: &BoundarySample<'_, D>,
-        star: &[SVector<f64, D>],
-        mass: &[f64],
-    ) -> Self {
+    pub fn find(grid: &BlockGrid<D>, boundary: &BoundarySample<'_, D>, star: &[SVector<f64, D>], mass: &[f64]) -> Self {
         let per = cells_per_block::<D>();
         let cell = grid.lattice.dx;
         let mut near = Vec::new();

@@ -113,7 +113,9 @@ pub(crate) fn solve<const D: usize>(
         work.star.push(momentum::<D>(packed) / mass + change);
         work.mass.push(mass);
     }
-    for vector in [&mut work.trial, &mut work.residual, &mut work.direction, &mut work.search, &mut work.image, &mut work.left] {
+    for vector in
+        [&mut work.trial, &mut work.residual, &mut work.direction, &mut work.search, &mut work.image, &mut work.left]
+    {
         vector.resize(count, SVector::zeros());
     }
     work.velocity.clone_from(&work.star);
@@ -186,6 +188,7 @@ pub(crate) fn solve<const D: usize>(
             tolerance: implicit.tolerance,
         });
     }
+    totals.drives.extend(targets.iter().map(|&(vertex, _)| -work.forces.on_vertex(vertex) * dt));
     contacts.finish(&mut work.velocity, &work.residual, &work.mass, totals);
     for (node, packed) in transfer.nodes.iter_mut().enumerate() {
         *packed = lanes(&work.velocity[node], work.mass[node]);

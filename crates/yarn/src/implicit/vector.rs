@@ -59,7 +59,12 @@ pub(super) fn scale_add<const D: usize>(a: &mut [SVector<f64, D>], s: f64, b: &[
 }
 
 /// `out = a + s b`.
-pub(super) fn combine<const D: usize>(out: &mut [SVector<f64, D>], a: &[SVector<f64, D>], s: f64, b: &[SVector<f64, D>]) {
+pub(super) fn combine<const D: usize>(
+    out: &mut [SVector<f64, D>],
+    a: &[SVector<f64, D>],
+    s: f64,
+    b: &[SVector<f64, D>],
+) {
     out.par_chunks_mut(CHUNK).enumerate().for_each(|(c, out)| {
         for (k, out) in out.iter_mut().enumerate() {
             let i = c * CHUNK + k;

@@ -152,7 +152,10 @@ impl AttractorSettings {
             || self.strength.iter().any(|(t, s)| !t.is_finite() || !s.is_finite())
             || self.strength.windows(2).any(|w| w[0].0 >= w[1].0)
         {
-            return Err(YarnError::setting("attractor.strength", "needs (time, strength) pairs, finite, with rising times"));
+            return Err(YarnError::setting(
+                "attractor.strength",
+                "needs (time, strength) pairs, finite, with rising times",
+            ));
         }
         Ok(())
     }

@@ -5,7 +5,7 @@ mod loads;
 mod material;
 mod step;
 
-pub use boundary::{Drive, DomainSettings, ObstacleSettings, Pin, PinPlace, WallKind, WallSettings};
+pub use boundary::{DomainSettings, Drive, ObstacleSettings, Pin, PinPlace, WallKind, WallSettings};
 pub(crate) use loads::{AttractorSample, gravity};
 pub use loads::{AttractorSettings, Interpolation, PathSettings};
 pub use material::{Bending, ContactModuli, YarnMaterial};

@@ -32,8 +32,11 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
     let plateau = CentralLaw::Plateau { repulsion: c, begin, end, slope };
     let hertz = CentralLaw::Hertz { coefficient: HERTZ_LAYERED };
     let samples: Vec<f64> = (0..=32).map(|i| f64::from(i) / 32.0 * 0.95).collect();
-    let table = LawTable::new(samples.clone(), samples.iter().map(|x| -divergent.force(d0 * (1.0 - x), d0, k) / (k * d0)).collect())
-        .map_err(CaseError::failed)?;
+    let table = LawTable::new(
+        samples.clone(),
+        samples.iter().map(|x| -divergent.force(d0 * (1.0 - x), d0, k) / (k * d0)).collect(),
+    )
+    .map_err(CaseError::failed)?;
     let tabulated = CentralLaw::Tabulated(table);
 
     let mut worst = [0.0f64; 5];

@@ -79,7 +79,8 @@ fn read_table(dir: &Path) -> Result<String, String> {
             dir.display()
         ));
     }
-    let output = Command::new("gzip").arg("-dc").arg(&packed).output().map_err(|e| format!("gzip cannot be run: {e}"))?;
+    let output =
+        Command::new("gzip").arg("-dc").arg(&packed).output().map_err(|e| format!("gzip cannot be run: {e}"))?;
     if !output.status.success() {
         return Err("gzip could not unpack the published run".to_owned());
     }
@@ -97,9 +98,8 @@ fn published(_: &Params) -> Result<Outcome, CaseError> {
     };
     let mut lines = text.lines();
     let head: Vec<&str> = lines.next().unwrap_or("").split(',').map(str::trim).collect();
-    let column = |name: &str| {
-        head.iter().position(|h| *h == name).ok_or_else(|| CaseError::Failed(format!("no column {name}")))
-    };
+    let column =
+        |name: &str| head.iter().position(|h| *h == name).ok_or_else(|| CaseError::Failed(format!("no column {name}")));
     let rows: Vec<Vec<f64>> =
         lines.map(|l| l.split(',').map(|v| v.trim().parse().unwrap_or(f64::NAN)).collect()).collect();
     let take = |c: usize| rows.iter().map(|r| r.get(c).copied().unwrap_or(f64::NAN)).collect::<Vec<f64>>();
@@ -125,10 +125,11 @@ fn published(_: &Params) -> Result<Outcome, CaseError> {
     }
     // Identities of the published tensors: overall = Love–Weber + internal torque + centrifugal.
     let tensor = |name: &str| column(&format!("stress_tensor_{name}_00"));
-    let (o, l, i, c) = (tensor("overall")?, tensor("Love_Weber")?, tensor("internal_tangential_torque")?, tensor("centrifugal")?);
-    let defect = rows.iter().fold(0.0f64, |m, r| {
-        (0..4).fold(m, |m, k| m.max((r[o + k] - r[l + k] - r[i + k] - r[c + k]).abs()))
-    });
+    let (o, l, i, c) =
+        (tensor("overall")?, tensor("Love_Weber")?, tensor("internal_tangential_torque")?, tensor("centrifugal")?);
+    let defect = rows
+        .iter()
+        .fold(0.0f64, |m, r| (0..4).fold(m, |m, k| m.max((r[o + k] - r[l + k] - r[i + k] - r[c + k]).abs())));
     out.compare("identity_defect", defect, 0.0, 1e-12);
     out.info("samples", rows.len() as f64);
     Ok(out)

@@ -29,7 +29,14 @@ pub const CASE: Case = Case {
 
 /// Settings of one parameter set.
 pub fn settings(
-    mode: Mode, amplitude: f64, mu: f64, packing: f64, links: bool, points: usize, seeds: u32, first: u64,
+    mode: Mode,
+    amplitude: f64,
+    mu: f64,
+    packing: f64,
+    links: bool,
+    points: usize,
+    seeds: u32,
+    first: u64,
 ) -> MicrogelSettings {
     MicrogelSettings {
         mode,
@@ -146,7 +153,12 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
         // One per cent over the 22 comparisons of the table.
         let least = 0.01 / 22.0;
         out.measure("welch_p_g_prime", a.p, |v| v > least, "probability of such a difference by chance above 0.01/22");
-        out.measure("welch_p_g_double_prime", b.p, |v| v > least, "probability of such a difference by chance above 0.01/22");
+        out.measure(
+            "welch_p_g_double_prime",
+            b.p,
+            |v| v > least,
+            "probability of such a difference by chance above 0.01/22",
+        );
         out.table(Table {
             title: format!("Original, set {}", set.name),
             columns: ["", "original [Pa]", "here [Pa]", "p"].map(String::from).to_vec(),

@@ -87,10 +87,8 @@ pub fn tensor_error(sample: &DirectedSample, stored: &Value) -> f64 {
         ("otsuki", s.otsuki),
         ("overall", s.overall),
     ];
-    let scale = named
-        .iter()
-        .flat_map(|(name, _)| list(&stored[*name]))
-        .fold(f64::MIN_POSITIVE, |m, v| m.max(number(v).abs()));
+    let scale =
+        named.iter().flat_map(|(name, _)| list(&stored[*name])).fold(f64::MIN_POSITIVE, |m, v| m.max(number(v).abs()));
     named.iter().fold(0.0, |worst, (name, t)| {
         t.0.iter().zip(list(&stored[*name])).fold(worst, |w, (a, b)| larger(w, (a - number(b)).abs() / scale))
     })
@@ -102,10 +100,7 @@ pub fn state_error(sample: &DirectedSample, stored: &Value) -> f64 {
     let g = &sample.grains;
     let spheres = list(&stored["spheres"]);
     let most = |names: &[&str]| {
-        spheres
-            .iter()
-            .flat_map(|s| names.iter().map(|n| number(&s[*n]).abs()))
-            .fold(f64::MIN_POSITIVE, f64::max)
+        spheres.iter().flat_map(|s| names.iter().map(|n| number(&s[*n]).abs())).fold(f64::MIN_POSITIVE, f64::max)
     };
     let (speed, spin) = (most(&["vx", "vy"]), most(&["omega"]));
     let mut worst = (sample.cell.strain - number(&stored["shear"])).abs();

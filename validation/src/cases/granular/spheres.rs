@@ -61,7 +61,8 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
         keep_viscosity: false,
     };
     let n = balls.len();
-    let mut s = SphereSample::new(balls, Cell::new(side, side), side, model, Rules::default()).map_err(CaseError::failed)?;
+    let mut s =
+        SphereSample::new(balls, Cell::new(side, side), side, model, Rules::default()).map_err(CaseError::failed)?;
     s.observe();
     let close: Vec<[usize; 2]> = s
         .pairs()

@@ -117,7 +117,12 @@ fn collision(p: &Params) -> Result<Outcome, CaseError> {
         |f| f < end / 4.0 || f < 1e-12,
         "a four times smaller step at least quarters the error",
     );
-    out.measure("energy_during", worst, |w| w < 2.0 * dt, "the oscillation of a symplectic step, of order dt, stays bounded");
+    out.measure(
+        "energy_during",
+        worst,
+        |w| w < 2.0 * dt,
+        "the oscillation of a symplectic step, of order dt, stays bounded",
+    );
     if repulsion == 0.0 {
         let exact = std::f64::consts::PI * 0.5f64.sqrt();
         out.compare_absolute("duration", time, exact, 2.0 * dt);

@@ -12,7 +12,12 @@ pub const CASE: Case = Case {
     id: "yarn/catenary",
     about: "A yarn hung between two pins: shape of its interior against the catenary of its own length, strain against tension over k.",
     params: &[
-        Param::number("stretch_modulus", 4000.0, "Pa", "stretch modulus; the shape error and the strain fall as it rises"),
+        Param::number(
+            "stretch_modulus",
+            4000.0,
+            "Pa",
+            "stretch modulus; the shape error and the strain fall as it rises",
+        ),
         Param::count("steps", 0, "steps of relaxation (0: as many as cover 0.3 s)"),
     ],
     run,
@@ -42,15 +47,24 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     let points: Vec<Vec<f64>> = (0..n)
         .map(|i| {
             let s = -0.5 * length + length * i as f64 / (n - 1) as f64;
-            vec![0.5 + a * (s / a).asinh(), 0.7 + 0.95 * ((a * a + s * s).sqrt() - (a * a + 0.25 * length * length).sqrt())]
+            vec![
+                0.5 + a * (s / a).asinh(),
+                0.7 + 0.95 * ((a * a + s * s).sqrt() - (a * a + 0.25 * length * length).sqrt()),
+            ]
         })
         .collect();
-    let mut settings =
-        plane(YarnMaterial { stretch_modulus: modulus, ..material(0.05) }, vec![polyline(points, vec![SEGMENT; n - 1], vec![])]);
+    let mut settings = plane(
+        YarnMaterial { stretch_modulus: modulus, ..material(0.05) },
+        vec![polyline(points, vec![SEGMENT; n - 1], vec![])],
+    );
     settings.plastic = false;
     settings.gravity = vec![0.0, -gravity];
     for vertex in [0, -1] {
-        settings.pins.push(Pin { at: PinPlace::Vertex { yarn: 0, vertex }, half_width: 1.5, motion: Motion::default() });
+        settings.pins.push(Pin {
+            at: PinPlace::Vertex { yarn: 0, vertex },
+            half_width: 1.5,
+            motion: Motion::default(),
+        });
     }
     let mut system = build(&settings)?;
     let dt = system.tightest_limit().map_or(5e-5, |l| l.seconds).min(5e-5);
@@ -79,7 +93,8 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     let off = x.iter().map(|q| (q[1] - shift - curve(q[0])).abs()).fold(0.0, f64::max);
     let strain = hanging / ((x.len() - 1) as f64 * SEGMENT) - 1.0;
     // Mean tension of a catenary of weight ρ w g per length: T = ρ w g y.
-    let mean_height: f64 = x.windows(2).map(|w| 0.5 * (curve(w[0][0]) + curve(w[1][0]))).sum::<f64>() / (x.len() - 1) as f64;
+    let mean_height: f64 =
+        x.windows(2).map(|w| 0.5 * (curve(w[0][0]) + curve(w[1][0]))).sum::<f64>() / (x.len() - 1) as f64;
     let mut out = Outcome::new();
     out.compare_absolute("shape_error", off / sag, 0.0, 0.005);
     out.compare("length_strain", strain, gravity * mean_height / modulus, 0.12);

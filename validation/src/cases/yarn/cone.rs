@@ -79,8 +79,8 @@ fn collision(material: YarnMaterial, steps: usize) -> Result<Collision, CaseErro
         for (i, slip) in system.state().slip.iter().enumerate() {
             let frame = YarnFrame::new(&system.state().deformation[i]);
             let pressure = law.pressure(&frame);
-            let excess =
-                (law.shear_modulus * (frame.shear[0] * frame.section[0]).abs() - law.friction * pressure) / (law.mu + law.lambda);
+            let excess = (law.shear_modulus * (frame.shear[0] * frame.section[0]).abs() - law.friction * pressure)
+                / (law.mu + law.lambda);
             outside = outside.max(excess);
             if *slip > before[i] {
                 worst = worst.max(excess.abs());

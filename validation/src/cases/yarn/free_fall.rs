@@ -22,8 +22,7 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     let dt = p.number_in("step", 1e-7, 1e-4)?;
     let velocity = [0.3, 0.1];
     let line = YarnShape::Line { from: vec![0.4, 0.7], to: vec![0.55, 0.7] };
-    let mut settings =
-        plane(material(0.05), vec![YarnGroup { velocity: velocity.to_vec(), ..YarnGroup::new(line) }]);
+    let mut settings = plane(material(0.05), vec![YarnGroup { velocity: velocity.to_vec(), ..YarnGroup::new(line) }]);
     settings.gravity = vec![0.0, -9.8];
     let mut system = build(&settings)?;
     let start = system.state().position.clone();

@@ -55,7 +55,9 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     }
     out.table(Table {
         title: "Acceleration over friction".to_owned(),
-        columns: ["friction", "slope", "measured m/s²", "exact m/s²", "apparent coefficient"].map(str::to_owned).to_vec(),
+        columns: ["friction", "slope", "measured m/s²", "exact m/s²", "apparent coefficient"]
+            .map(str::to_owned)
+            .to_vec(),
         rows,
     });
     Ok(out)

@@ -31,7 +31,8 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
             .iter()
             .map(|&(x, y, angle)| {
                 let (s, c) = angle.sin_cos();
-                let points = (0..20).map(|i| vec![x + f64::from(i) * SEGMENT * c, y + f64::from(i) * SEGMENT * s]).collect();
+                let points =
+                    (0..20).map(|i| vec![x + f64::from(i) * SEGMENT * c, y + f64::from(i) * SEGMENT * s]).collect();
                 let mut noise = || {
                     random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
                     speed * 1.7 * ((random >> 11) as f64 / (1u64 << 52) as f64 - 1.0)
@@ -58,11 +59,21 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
         let kept = system.energy().total() / first_energy;
         rows.push(vec![name.to_owned(), format!("{linear:.2e}"), format!("{angular:.2e}"), format!("{kept:.4}")]);
         match name {
-            "as_printed" => out.measure("linear_as_printed", linear, |d| d > 1e-6, "the printed rule must show its drift (erratum E15)"),
+            "as_printed" => out.measure(
+                "linear_as_printed",
+                linear,
+                |d| d > 1e-6,
+                "the printed rule must show its drift (erratum E15)",
+            ),
             _ => out.compare_absolute(&format!("linear_{name}"), linear, 0.0, 1e-12),
         }
         if name == "hand_back" {
-            out.measure("angular_hand_back", angular, |d| d < 1e-2, "angular momentum drifts only through the mean of the ends");
+            out.measure(
+                "angular_hand_back",
+                angular,
+                |d| d < 1e-2,
+                "angular momentum drifts only through the mean of the ends",
+            );
             out.measure("energy_kept", kept, |e| e < 1.0, "energy does not rise");
         } else {
             out.info(&format!("angular_{name}"), angular);

@@ -53,10 +53,7 @@ fn difference(cells: usize, rotation: f64) -> Result<(f64, f64), CaseError> {
         let mut settings = plane(material(0.05), vec![polyline(points, vec![], velocities)]);
         settings.cell = length / cells as f64;
         // Width and mass must not change with the grid.
-        settings.materials.insert(
-            "yarn".to_owned(),
-            yarn::YarnMaterial { width: Some(0.5 * CELL), ..material(0.05) },
-        );
+        settings.materials.insert("yarn".to_owned(), yarn::YarnMaterial { width: Some(0.5 * CELL), ..material(0.05) });
         let mut system = super::setup::build(&settings)?;
         // The same fixed step on both grids, so that only the grid differs.
         for _ in 0..100 {

@@ -53,6 +53,8 @@ pub(crate) struct Totals<const D: usize> {
     pub massless: usize,
     pub obstacles: Vec<SVector<f64, D>>,
     pub pins: Vec<SVector<f64, D>>,
+    /// What drives gave against the internal forces on their vertices.
+    pub drives: Vec<SVector<f64, D>>,
 }
 
 impl<const D: usize> Totals<D> {
@@ -65,6 +67,10 @@ impl<const D: usize> Totals<D> {
             massless: 0,
             obstacles: vec![zero; obstacles],
             pins: vec![zero; pins],
+<<<<<<< HEAD
+=======
+            drives: Vec::new(),
+>>>>>>> yarn
         }
     }
 

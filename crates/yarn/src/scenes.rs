@@ -39,12 +39,7 @@ pub fn two_yarns(compat: bool) -> YarnSettings {
         yarns: vec![line(a), YarnGroup { velocity: vec![0.5, -2.0], ..line(b) }],
         gravity: vec![0.0, -9.8],
         attractor: Some(AttractorSettings {
-            path: PathSettings::Orbit {
-                center: vec![0.5, 0.6],
-                radii: (0.2, 0.1),
-                angular_velocity: 40.0,
-                phase: 0.0,
-            },
+            path: PathSettings::Orbit { center: vec![0.5, 0.6], radii: (0.2, 0.1), angular_velocity: 40.0, phase: 0.0 },
             strength: vec![(0.0, 20.0)],
             softening: 0.01,
         }),

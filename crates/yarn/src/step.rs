@@ -59,10 +59,13 @@ pub(crate) struct Outcome<const D: usize> {
 }
 
 /// Puts mass, momentum and (for explicit steps) the impulses of the internal forces on the grid.
+///
+/// The force on a driven vertex goes to its drive: on the grid it would move the neighbours, whatever the drive does.
 pub(crate) fn particles_to_grid<const D: usize>(
     model: &YarnModel<D>,
     state: &YarnState<D>,
     forces: Option<(&Forces<D>, f64)>,
+    driven: &[(usize, SVector<f64, D>)],
     transfer: &mut Transfer<D>,
 ) {
     let n = model.len();
@@ -71,7 +74,9 @@ pub(crate) fn particles_to_grid<const D: usize>(
         if point < n {
             let mass = model.vertex_mass[point];
             let mut momentum = state.velocity[point] * mass;
-            if let Some((forces, dt)) = forces {
+            if let Some((forces, dt)) = forces
+                && !driven.iter().any(|d| d.0 == point)
+            {
                 momentum += forces.on_vertex(point) * dt;
             }
             affine_contribution(&momentum, mass, &(state.affine[point] * mass))
@@ -122,12 +127,13 @@ pub(crate) fn step<const D: usize>(
     match &settings.step.integrator {
         Integrator::Explicit => {
             scratch.forces.evaluate(model, &state.position, &state.deformation, &state.deformation);
-            particles_to_grid(model, state, Some((&scratch.forces, dt)), &mut scratch.transfer);
+            particles_to_grid(model, state, Some((&scratch.forces, dt)), &targets, &mut scratch.transfer);
+            totals.drives.extend(targets.iter().map(|&(vertex, _)| -scratch.forces.on_vertex(vertex) * dt));
             nodes::update(&mut scratch.transfer, &posed, &loads, dt, least_mass, &mut scratch.blocks);
             totals.add(&scratch.blocks);
         }
         Integrator::Implicit(implicit) => {
-            particles_to_grid(model, state, None, &mut scratch.transfer);
+            particles_to_grid(model, state, None, &[], &mut scratch.transfer);
             solve = crate::implicit::solve(
                 setting,
                 implicit,
@@ -148,8 +154,9 @@ pub(crate) fn step<const D: usize>(
     scratch.gathered.vertex_velocities(model, settings.momentum_hand_back && !settings.compat, &mut state.velocity);
     let drives: Vec<SVector<f64, D>> = targets
         .iter()
-        .map(|&(vertex, target)| {
-            let impulse = (target - state.velocity[vertex]) * model.lumped_mass(vertex);
+        .zip(&totals.drives)
+        .map(|(&(vertex, target), held)| {
+            let impulse = held + (target - state.velocity[vertex]) * model.lumped_mass(vertex);
             state.velocity[vertex] = target;
             impulse
         })

@@ -188,6 +188,7 @@ pub(crate) fn solve<const D: usize>(
             tolerance: implicit.tolerance,
         });
     }
+    totals.drives.extend(targets.iter().map(|&(vertex, _)| -work.forces.on_vertex(vertex) * dt));
     contacts.finish(&mut work.velocity, &work.residual, &work.mass, totals);
     for (node, packed) in transfer.nodes.iter_mut().enumerate() {
         *packed = lanes(&work.velocity[node], work.mass[node]);

@@ -42,7 +42,7 @@ fn check<const D: usize>(bending: Bending) {
     forces.evaluate(&model, &state.position, &deformation, &deformation);
     let mut still = state.clone();
     still.velocity.fill(SVector::zeros());
-    crate::step::particles_to_grid(&model, &still, Some((&forces, 1.0)), &mut scratch.transfer);
+    crate::step::particles_to_grid(&model, &still, Some((&forces, 1.0)), &[], &mut scratch.transfer);
     let force: Vec<SVector<f64, D>> = scratch.transfer.nodes.iter().map(momentum).collect();
     let displacement: Vec<SVector<f64, D>> = force.iter().map(|_| noise.vector()).collect();
     let packed: Vec<_> = displacement.iter().map(|u| lanes(u, 0.0)).collect();

@@ -114,10 +114,7 @@ fn yarns_outside_the_box_are_named() {
 #[test]
 fn fast_small_and_overlapping_obstacles() {
     let mut settings = pair_settings::<2>(1.0);
-    let rush = serde_json::from_str(
-        r#"[{"Translate": {"by": [0.0, -1.0, 0.0], "during": [0.0, 0.02]}}]"#,
-    )
-    .unwrap();
+    let rush = serde_json::from_str(r#"[{"Translate": {"by": [0.0, -1.0, 0.0], "during": [0.0, 0.02]}}]"#).unwrap();
     settings.obstacles = vec![
         ObstacleSettings { motion: rush, ..sphere([0.5, 0.62, 0.0], 0.05) },
         sphere([0.45, 0.44, 0.0], 0.05),

@@ -18,7 +18,8 @@ fn small_steps_agree_with_the_explicit_method() {
     // Both are of first order: the difference after a fixed time falls with the step.
     let difference = |dt: f64| {
         let settings = pair_settings::<2>(2.0);
-        let (mut a, mut b): (YarnSystem<2>, YarnSystem<2>) = (build(&settings), build(&implicit(settings.clone(), 1e-9)));
+        let (mut a, mut b): (YarnSystem<2>, YarnSystem<2>) =
+            (build(&settings), build(&implicit(settings.clone(), 1e-9)));
         for _ in 0..(4e-3 / dt).round() as usize {
             a.advance(dt).unwrap();
             b.advance(dt).unwrap();
@@ -51,11 +52,7 @@ fn stiff_yarn_runs_at_the_advection_step() {
     let mut scene = implicit(settings::<2>(vec![YarnGroup::new(line)]), 1e-4);
     scene.materials.insert("yarn".to_owned(), YarnMaterial { stretch_modulus: 1e6, ..YarnMaterial::default() });
     scene.gravity = vec![0.0, -9.8];
-    scene.pins = vec![Pin {
-        at: PinPlace::Vertex { yarn: 0, vertex: 0 },
-        half_width: 1.5,
-        motion: Motion::default(),
-    }];
+    scene.pins = vec![Pin { at: PinPlace::Vertex { yarn: 0, vertex: 0 }, half_width: 1.5, motion: Motion::default() }];
     let mut explicit = scene.clone();
     explicit.step.integrator = Integrator::Explicit;
     let bound = build::<2>(&explicit).tightest_limit().unwrap().seconds;

@@ -32,11 +32,7 @@ impl Noise {
 
 pub(crate) fn polyline<const D: usize>(points: &[SVector<f64, D>], velocities: &[SVector<f64, D>]) -> YarnGroup {
     let list = |v: &[SVector<f64, D>]| v.iter().map(|p| p.iter().copied().collect()).collect();
-    YarnGroup::new(YarnShape::Polyline {
-        points: list(points),
-        rest_lengths: vec![],
-        velocities: list(velocities),
-    })
+    YarnGroup::new(YarnShape::Polyline { points: list(points), rest_lengths: vec![], velocities: list(velocities) })
 }
 
 /// Two crossing wavy yarns near the point (½, ½[, ½]), moving towards each other.

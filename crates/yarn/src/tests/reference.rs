@@ -32,12 +32,18 @@ fn compare(file: &str, compat: bool, checksum: f64) {
         };
         let position: Vec<f64> = state.position.iter().flatten().copied().collect();
         let velocity: Vec<f64> = state.velocity.iter().flatten().copied().collect();
-        let affine: Vec<f64> = state.affine.iter().flat_map(|c| c.transpose().iter().copied().collect::<Vec<_>>()).collect();
+        let affine: Vec<f64> =
+            state.affine.iter().flat_map(|c| c.transpose().iter().copied().collect::<Vec<_>>()).collect();
         assert!(worst("x2", position) < 1e-10, "positions at step {step}");
         assert!(worst("v2", velocity) < 1e-10, "velocities at step {step}");
         assert!(worst("C2", affine) < 1e-8, "affine velocities [1/s] at step {step}");
         let energy = system.energy();
-        for (key, value) in [("kinetic", energy.kinetic), ("elastic", energy.elastic), ("bending", energy.bending), ("gravity", energy.gravity)] {
+        for (key, value) in [
+            ("kinetic", energy.kinetic),
+            ("elastic", energy.elastic),
+            ("bending", energy.bending),
+            ("gravity", energy.gravity),
+        ] {
             let theirs = snapshot["energy"][key].as_f64().unwrap();
             assert!((value - theirs).abs() < 1e-10 * energy.kinetic.max(1e-3), "{key} {value} {theirs} at step {step}");
         }

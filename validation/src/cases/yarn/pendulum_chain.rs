@@ -2,7 +2,7 @@
 
 use geometry::Motion;
 use yarn::YarnMaterial;
-use yarn::settings::Drive;
+use yarn::settings::{Bending, Drive};
 
 use super::setup::{CELL, build, material, plane, polyline};
 use crate::case::{Case, CaseError, Outcome, Param, Params};
@@ -40,18 +40,27 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     let length = cells as f64 * CELL;
     let rest = length / (n - 1) as f64;
     // Vertices from the pivot down, stretched as the weight below stretches them; amplitude 5 % of the length.
+    let offset = |i: usize| {
+        0.05 * length * bessel0(2.404_825_557_695_773 * ((length - i as f64 * rest) / length).max(0.0).sqrt())
+    };
     let mut y = 0.0;
     let points: Vec<Vec<f64>> = (0..n)
         .map(|i| {
-            let free = length - i as f64 * rest;
             if i > 0 {
-                y -= rest * (1.0 + gravity * (free + 0.5 * rest) / modulus);
+                // The weight below the middle of the segment stretches it; its ends lie on the mode.
+                let below = length - (i as f64 - 0.5) * rest;
+                let stretched = rest * (1.0 + gravity * below / modulus);
+                y -= (stretched * stretched - (offset(i) - offset(i - 1)).powi(2)).max(0.0).sqrt();
             }
-            vec![0.5 + 0.05 * length * bessel0(2.404_825_557_695_773 * (free / length).sqrt()), 0.7 + y]
+            vec![0.5 + offset(i), 0.7 + y]
         })
         .collect();
     let mut settings = plane(
+<<<<<<< HEAD
         YarnMaterial { stretch_modulus: modulus, ..material(0.05) },
+=======
+        YarnMaterial { stretch_modulus: modulus, bending: Bending::Rod { stiffness: Some(1e-6) }, ..material(0.05) },
+>>>>>>> yarn
         vec![polyline(points, vec![rest; n - 1], vec![])],
     );
     settings.gravity = vec![0.0, -gravity];
@@ -59,13 +68,16 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     let mut system = build(&settings)?;
     let exact = std::f64::consts::TAU / (1.202_412_778_847_886 * (gravity / length).sqrt());
     let dt = system.tightest_limit().map_or(1e-4, |l| l.seconds).min(exact / 500.0) * 0.95;
-    let pivot = system.state().position[0][0];
+    let shape: Vec<f64> = (0..n).map(offset).collect();
+    let project = |system: &yarn::YarnSystem<2>| {
+        system.state().position.iter().zip(&shape).map(|(x, a)| (x[0] - 0.5) * a).sum::<f64>()
+    };
     let mut crossings = Vec::new();
-    let mut last = system.state().position[n - 1][0] - pivot;
+    let mut last = project(&system);
     let mut time = 0.0;
     while crossings.len() < 3 && time < 2.0 * exact {
         system.advance(dt).map_err(CaseError::failed)?;
-        let now = system.state().position[n - 1][0] - pivot;
+        let now = project(&system);
         if last * now < 0.0 {
             crossings.push(time + dt * last / (last - now));
         }

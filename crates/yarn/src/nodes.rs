@@ -67,10 +67,7 @@ impl<const D: usize> Totals<D> {
             massless: 0,
             obstacles: vec![zero; obstacles],
             pins: vec![zero; pins],
-<<<<<<< HEAD
-=======
             drives: Vec::new(),
->>>>>>> yarn
         }
     }
 

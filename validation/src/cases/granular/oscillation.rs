@@ -29,7 +29,6 @@ pub const CASE: Case = Case {
     run,
 };
 
-<<<<<<< HEAD
 /// What the original's table varies.
 #[derive(Clone, Copy, PartialEq)]
 pub struct ParameterSet {
@@ -62,31 +61,6 @@ impl ParameterSet {
     fn same(&self, o: &Self) -> bool {
         let cut = |s: &Self| if s.links && s.cut_lines > 1 { s.cut_lines } else { 0 };
         cut(self) == cut(o) && Self { cut_lines: 0, ..*self } == Self { cut_lines: 0, ..*o }
-=======
-/// Settings of one parameter set.
-pub fn settings(
-    mode: Mode,
-    amplitude: f64,
-    mu: f64,
-    packing: f64,
-    links: bool,
-    points: usize,
-    seeds: u32,
-    first: u64,
-) -> MicrogelSettings {
-    MicrogelSettings {
-        mode,
-        seed: first,
-        seeds,
-        model: ModelSettings { friction: mu, packing, ..ModelSettings::default() },
-        preparation: PreparationSettings {
-            links,
-            cut: Cut::Voronoi { points, edge_fuzziness: 0.0 },
-            ..PreparationSettings::default()
-        },
-        experiment: Experiment::Oscillation(Oscillation { amplitude, ..Oscillation::default() }),
-        ..MicrogelSettings::default()
->>>>>>> yarn
     }
 }
 

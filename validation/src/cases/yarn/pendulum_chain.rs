@@ -56,11 +56,7 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
         })
         .collect();
     let mut settings = plane(
-<<<<<<< HEAD
-        YarnMaterial { stretch_modulus: modulus, ..material(0.05) },
-=======
         YarnMaterial { stretch_modulus: modulus, bending: Bending::Rod { stiffness: Some(1e-6) }, ..material(0.05) },
->>>>>>> yarn
         vec![polyline(points, vec![rest; n - 1], vec![])],
     );
     settings.gravity = vec![0.0, -gravity];

@@ -28,17 +28,6 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     let modulus = p.number_in("stretch_modulus", 1000.0, 1e7)?;
     let time = p.number_in("time", 0.001, 1.0)?;
     let scene = |integrator| {
-<<<<<<< HEAD
-        let points = (0..25).map(|i| vec![0.4 + f64::from(i) * SEGMENT, 0.5]).collect();
-        let velocities = (0..25).map(|i| vec![0.0, -0.08 * f64::from(i)]).collect();
-        let mut settings = plane(
-            YarnMaterial { stretch_modulus: modulus, ..material(0.05) },
-            vec![polyline(points, vec![], velocities)],
-        );
-        settings.gravity = vec![0.0, -98.0];
-        settings.pins =
-            vec![Pin { at: PinPlace::Vertex { yarn: 0, vertex: 0 }, half_width: 1.5, motion: Motion::default() }];
-=======
         // A string stretched by 2 % between held ends, struck in its first mode: always taut, so that it does not buckle.
         let mode = |i: usize| (std::f64::consts::PI * i as f64 / 24.0).sin();
         let points = (0..25).map(|i| vec![0.4 + i as f64 * SEGMENT, 0.5]).collect();
@@ -48,7 +37,6 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
             vec![polyline(points, vec![SEGMENT / 1.02; 24], velocities)],
         );
         settings.drives = [0, -1].map(|vertex| Drive { yarn: 0, vertex, motion: Motion::default() }).to_vec();
->>>>>>> yarn
         settings.step.integrator = integrator;
         settings
     };

@@ -61,6 +61,9 @@ impl LaneKernel for Residual<'_> {
     }
 }
 
+/// Part of an edge's length, or angle [rad], beyond which a first guess is not trusted alone.
+const SWEPT: f64 = 0.25;
+
 /// What the line search needs to know of a direction.
 #[derive(Clone, Copy, Default)]
 struct Slope {
@@ -483,13 +486,16 @@ impl Group {
         }
     }
 
-    /// First evaluation. Where the inertial guess folds the strand or tears it away from what holds it, the strand
-    /// first follows its prescribed vertices rigidly, or stays where it is, whichever is admissible and lower.
+    /// First evaluation. Where the inertial guess folds the strand, tears it away from what holds it or sweeps it far, the
+    /// strand first follows its prescribed vertices rigidly, or stays where it is, whichever is admissible and lower.
+    ///
+    /// Descent from a guess no higher than "stays" ends no higher, which bounds the energy of the step; a guess swept far may
+    /// lie beyond a barrier, and descent from there end in a state of more energy.
     fn first_evaluation(&mut self, s: &mut Scratch, mode: HessianMode, lanes: [bool; 4]) -> Value {
         let value = self.evaluate_at_iterate(s, mode);
         let wanted: [bool; 4] = std::array::from_fn(|l| {
             lanes[l]
-                && (value.admissible[l] == 0.0 || !value.energy[l].is_finite() || self.torn(l))
+                && (value.admissible[l] == 0.0 || !value.energy[l].is_finite() || self.torn(l) || self.swept(l))
                 && self.u.iter().flatten().all(|v| v[l].is_finite())
         });
         if !wanted.contains(&true) {
@@ -533,6 +539,19 @@ impl Group {
         })
     }
 
+    /// Whether a first guess changes an edge vector, or the angle between neighbouring edges, by a quarter (of its length; in rad).
+    fn swept(&self, l: usize) -> bool {
+        (0..self.nv - 1).any(|i| {
+            let (mut square, d) = (0.0, &self.data[i]);
+            for c in 0..3 {
+                let change = self.u[i + 1][c][l] - self.u[i][c][l];
+                square += change * change;
+            }
+            let turned = i + 2 < self.nv && (self.u[i + 1][3][l] - self.u[i][3][l]).abs() > SWEPT;
+            square > SWEPT * SWEPT * d.length[l] * d.length[l] || turned
+        })
+    }
+
     /// Value of Ψ at the present displacement; infinite where it is not admissible.
     fn merit(&self, value: &Value, l: usize) -> f64 {
         if value.admissible[l] == 0.0 || !value.energy[l].is_finite() {
@@ -551,14 +570,15 @@ impl Group {
     fn guess(&mut self, inertial: &[[F4; 4]], l: usize, candidate: usize) {
         let held: Vec<(usize, usize)> =
             self.fixed.iter().filter(|f| f.lane == l).map(|f| (f.dof / 4, f.dof % 4)).collect();
-        for c in 0..3 {
+        for c in 0..4 {
             let vertices: Vec<usize> = held.iter().filter(|(_, k)| *k == c).map(|(i, _)| *i).collect();
             for i in 0..self.nv {
                 if vertices.contains(&i) {
                     continue;
                 }
                 self.u[i][c][l] = match (candidate, vertices.iter().min_by_key(|v| v.abs_diff(i))) {
-                    (0, Some(&v)) => inertial[v][c][l],
+                    (0, Some(&v)) if c < 3 => inertial[v][c][l],
+                    (0, _) if c == 3 => inertial[i][c][l],
                     _ => 0.0,
                 };
             }

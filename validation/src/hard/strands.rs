@@ -259,7 +259,8 @@ fn two_vertices(params: &Params) -> Result<Outcome, CaseError> {
         held = held.max(distance(&x[4], &[0.0, 0.0, 2.0]) + distance(&x[5], &[0.1, 0.0, 2.0]));
     }
     out.measure("free_fall_error", fall, |x| x <= 1e-10, "the free strand's centre follows the parabola to 1e-10 m");
-    out.measure("pendulum_stretch", stretch, |x| x <= 1e-6, "the pendulum keeps its length within 1e-6");
+    // the midpoint rule balances forces on the chord of a step, which is shorter by (ω dt)²/8 = 4e-5 at the fastest
+    out.measure("pendulum_stretch", stretch, |x| x <= 5e-5, "the pendulum keeps its length within (ω dt)²/8");
     out.measure("held_motion", held, |x| x == 0.0, "the held strand does not move");
     Ok(out)
 }

@@ -1,6 +1,6 @@
 //! All parameter sets of the original's table, compared with one correction for the number of comparisons.
 
-use super::oscillation::{reference_sets, settings};
+use super::oscillation::reference_sets;
 use crate::case::{Case, CaseError, Outcome, Param, Params, Table};
 use granular::experiment::run_ensemble;
 use granular::model::Mode;
@@ -27,7 +27,7 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
         .into_iter()
         .filter(|s| match which.as_str() {
             "all" => true,
-            "quick" => s.mu == 1.0,
+            "quick" => s.set.mu == 1.0,
             prefix => s.name.starts_with(prefix),
         })
         .collect();
@@ -36,7 +36,7 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
     }
     let (mut rows, mut probabilities) = (Vec::new(), Vec::new());
     for set in &chosen {
-        let s = settings(Mode::Compat, set.amplitude, set.mu, set.packing, set.links, set.cut_lines, seeds, first);
+        let s = set.set.settings(Mode::Compat, seeds, first);
         let e = run_ensemble(&s, |_| {}).map_err(CaseError::failed)?;
         let tests = set.compare(&e);
         for (name, reference, here, test) in

@@ -6,7 +6,7 @@ use granular::cell::Cell;
 use granular::compat::DirectedSample;
 use granular::grains::Grains;
 use granular::law::{CentralLaw, Tension};
-use granular::model::{ContactKind, ContactModel};
+use granular::model::ContactModel;
 use granular::physical::{Rules, Sample, StepGuard};
 
 /// Trajectories.
@@ -162,7 +162,7 @@ fn sliding(p: &Params) -> Result<Outcome, CaseError> {
     }
     let mut c = DirectedSample::new(grains, cell, model(0.0, 1.0, mu), 1);
     let mut lost = Vec::new();
-    let mut slid = false;
+    let (mut slid, mut before) = (false, 0.0);
     for step in 0..200 {
         c.evaluate();
         let g = &c.grains;
@@ -170,7 +170,10 @@ fn sliding(p: &Params) -> Result<Outcome, CaseError> {
         let d = dx.hypot(dy);
         // Net tangential force on the first grain against the limit of the elastic force.
         let tangential = (-c.fx[0] * dy + c.fy[0] * dx) / d;
-        slid |= c.contacts[0].iter().any(|e| e.kind == ContactKind::Slip) || (slid && d < 120.0);
+        // The visit that decides to slip resets the spring, and the next visit sticks again: only the lost spring shows it.
+        let spring = c.contacts[0].first().map_or(0.0, |e| e.spring.abs());
+        slid |= spring < before;
+        before = spring;
         if slid && d < 119.0 {
             lost.push([f64::from(step) * dt, tangential.abs() / (mu * (120.0 - d))]);
         }
@@ -181,7 +184,12 @@ fn sliding(p: &Params) -> Result<Outcome, CaseError> {
     out.measure("sliding_steps", kept.len() as f64, |n| n > 10.0, "the grains slide for more than ten steps");
     out.compare("distance_from_limit", worst, 0.0, 1e-9);
     let mean = lost.iter().map(|r| r[1]).sum::<f64>() / lost.len().max(1) as f64;
-    out.measure("compat_mean", mean, |m| m < 0.9, "with the spring lost the sliding force stays well below the limit");
+    out.measure(
+        "compat_mean",
+        mean,
+        |m| m > 0.2 && m < 0.7,
+        "with the spring lost and rebuilt the sliding force averages about half of the limit (0.45 in the original at μ 0.3)",
+    );
     out.curve(Curve {
         title: "Sliding force over the Coulomb limit".into(),
         x_label: "time [√(m/k)]".into(),

@@ -1,7 +1,6 @@
 //! The yarn system: settings, model, state, and `advance`.
 
 use std::path::Path;
-use std::sync::OnceLock;
 
 use nalgebra::SVector;
 use particle_grid::Lattice;
@@ -20,16 +19,20 @@ use crate::step::{Scratch, Setting, step};
 /// Below this number of vertices a step takes less time than sharing it out.
 const SMALL: usize = 3000;
 
+thread_local! {
+    /// One helper thread for each calling thread, so that independent runs do not wait for each other.
+    static ALONE: Option<ThreadPool> = ThreadPoolBuilder::new().num_threads(1).build().ok();
+}
+
 /// Runs `work` on one thread, without handing pieces of it to others; results do not depend on it.
 fn alone<R: Send>(work: impl FnOnce() -> R + Send) -> R {
-    static POOL: OnceLock<Option<ThreadPool>> = OnceLock::new();
     if rayon::current_thread_index().is_some() && rayon::current_num_threads() == 1 {
         return work();
     }
-    match POOL.get_or_init(|| ThreadPoolBuilder::new().num_threads(1).build().ok()) {
+    ALONE.with(|pool| match pool {
         Some(pool) => pool.install(work),
         None => work(),
-    }
+    })
 }
 
 /// Yarns in `D` dimensions.

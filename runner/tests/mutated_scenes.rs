@@ -4,8 +4,12 @@ use proptest::prelude::*;
 use runner::scene::expand::counts;
 use runner::scene::{expand, load_str, tree};
 
-const SCENES: [&str; 3] =
-    [include_str!("scenes/pour.ron"), include_str!("scenes/cantilever.ron"), include_str!("scenes/everything.ron")];
+const SCENES: [&str; 4] = [
+    include_str!("scenes/pour.ron"),
+    include_str!("scenes/cantilever.ron"),
+    include_str!("scenes/everything.ron"),
+    include_str!("scenes/grains.ron"),
+];
 
 /// Pieces that hurt when they stand where they do not belong.
 const PIECES: [&str; 34] = [

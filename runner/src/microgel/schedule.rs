@@ -48,8 +48,8 @@ impl Schedule {
                 _ => (0, 0.0),
             };
             if let Operation::Run { .. } = operation {
-                prepared = before + steps;
-                relaxing += steps;
+                prepared = u64::saturating_add(before, *steps);
+                relaxing = u64::saturating_add(relaxing, *steps);
             } else if !matches!(operation, Operation::Friction(_) | Operation::RemoveDrift) {
                 if relaxing > 0 {
                     lines.push(format!("relax the grains: {relaxing} steps"));
@@ -64,7 +64,7 @@ impl Schedule {
             }
             if steps > 0 {
                 stretches.push(Stretch { before, start, dt, steps });
-                before += steps;
+                before = u64::saturating_add(before, steps); // absurd lengths are refused by the checks
                 start += steps as f64 * dt;
             }
         }

@@ -275,9 +275,9 @@ section! {
         /// Strain.
         strain: f64 = [0.1] (Number, at_least(-100.0).up_to(100.0)) "";
         /// Duration of the rise in characteristic times.
-        rise: f64 = [10.0] (Number, above(0.0)) "";
+        rise: f64 = [10.0] (Number, above(0.0).up_to(1e9)) "";
         /// Rest afterwards in characteristic times.
-        hold: f64 = [200.0] (Number, at_least(0.0)) "";
+        hold: f64 = [200.0] (Number, at_least(0.0).up_to(1e9)) "";
     }
 }
 
@@ -287,9 +287,9 @@ section! {
         /// Shear stress.
         stress: f64 = [required] (Pressure) "";
         /// Duration under stress in characteristic times.
-        duration: f64 = [400.0] (Number, above(0.0)) "";
+        duration: f64 = [400.0] (Number, above(0.0).up_to(1e9)) "";
         /// Duration without stress in characteristic times.
-        recovery: f64 = [200.0] (Number, at_least(0.0)) "";
+        recovery: f64 = [200.0] (Number, at_least(0.0).up_to(1e9)) "";
     }
 }
 
@@ -299,9 +299,9 @@ section! {
         /// Height lost relative to the initial height.
         strain: f64 = [0.1] (Number, above(0.0).up_to(0.9)) "";
         /// Rate times the characteristic time.
-        relative_rate: f64 = [0.001] (Number, above(0.0).up_to(1.0)) "";
+        relative_rate: f64 = [0.001] (Number, at_least(1e-9).up_to(1.0)) "";
         /// Rest afterwards in characteristic times.
-        hold: f64 = [100.0] (Number, at_least(0.0)) "";
+        hold: f64 = [100.0] (Number, at_least(0.0).up_to(1e9)) "";
     }
 }
 
@@ -395,7 +395,7 @@ section! {
         /// Number of samples with successive seeds, run in parallel.
         seeds: u32 = [1] (Number, at_least(1.0).up_to(100_000.0)) "Error bars shrink with its root; the record shows the first.";
         /// Factor on the published time step of the measurement.
-        step_factor: f64 = [1.0] (Number, above(0.0).up_to(1000.0)) "Larger is faster and less exact; the guard cuts what is too large.";
+        step_factor: f64 = [1.0] (Number, at_least(1e-6).up_to(1000.0)) "Larger is faster and less exact; the guard cuts what is too large.";
         /// Steps of the grains per row of `series.csv` and `microgel.csv`.
         record_every: u64 = [10] (Number, at_least(1.0).up_to(1e9)) "1 gives the table as published; moduli always use every step.";
     }

@@ -48,8 +48,8 @@ impl Schedule {
                 _ => (0, 0.0),
             };
             if let Operation::Run { .. } = operation {
-                prepared = u64::saturating_add(before, *steps);
-                relaxing = u64::saturating_add(relaxing, *steps);
+                prepared = u64::saturating_add(before, steps);
+                relaxing = u64::saturating_add(relaxing, steps);
             } else if !matches!(operation, Operation::Friction(_) | Operation::RemoveDrift) {
                 if relaxing > 0 {
                     lines.push(format!("relax the grains: {relaxing} steps"));
@@ -106,7 +106,8 @@ mod tests {
 
     #[test]
     fn times_ascend_to_the_end_and_count_the_published_steps() {
-        let schedule = Schedule::new(&MicrogelSettings::default());
+        let published = MicrogelSettings { step_factor: 1.0, ..MicrogelSettings::default() };
+        let schedule = Schedule::new(&published);
         assert_eq!(schedule.steps, 17364);
         assert_eq!((schedule.time(0), schedule.time(schedule.steps)), (0.0, schedule.end));
         let times: Vec<f64> = (0..=schedule.steps).map(|step| schedule.time(step)).collect();

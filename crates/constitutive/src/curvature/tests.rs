@@ -58,7 +58,7 @@ fn sample(r: &mut Random, kind: usize) -> Sample {
     let d1e = rotate_about(&any_normal(&te), &te, 3.0 * r.next());
     let d1f = rotate_about(&any_normal(&tf), &tf, 3.0 * r.next());
     let (d1e, d1f) = ((d1e - te * te.dot(&d1e)).normalize(), (d1f - tf * tf.dot(&d1f)).normalize());
-    let guess = 6.28 * r.next();
+    let guess = std::f64::consts::TAU * r.next();
     let reference = reference_twist(guess, V3(d1e.into()), V3(te.into()), V3(d1f.into()), V3(tf.into()));
     let law = CurvatureLaw {
         c0: 1.0 + 0.5 * r.next(),

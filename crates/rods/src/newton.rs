@@ -276,6 +276,7 @@ impl Group {
         tau: f64,
         lanes: [bool; 4],
     ) {
+        s.resize(self.nv); // the scratch may come from a group of another size, and a kept factor does not touch it
         self.keep_factor(s, settings.hessian);
         let mut force = vec![[F4::ZERO; 4]; self.nv];
         for l in 0..self.count {

@@ -33,6 +33,16 @@ use crate::world::contact::{ContactWorld, StepFigures};
 /// Rounds beyond those that the scene asks for, in which contacts are added that the impulses themselves made.
 const MOST_ADDITIONS: usize = 4;
 
+/// Turn of an edge by contact impulses \[rad\] up to which linearised rods are true enough: the stretch that a turn feigns
+/// is half its square. Beyond it the rods are solved anew with the impulses, and the contacts posed again.
+const TRUE_TURN: f64 = 0.02;
+
+/// Rounds beyond those that the scene asks for, in which large turns are followed.
+const MOST_TURNS: usize = 8;
+
+/// Turn left after all rounds at which the step counts as too large \[rad\].
+const TOO_LARGE_TURN: f64 = 0.2;
+
 /// Share of the detection margin by which impulses may move a vertex before detection looks again.
 const UNSEEN_MOTION: f64 = 0.5;
 
@@ -61,7 +71,8 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
 
     let mut posed: Option<ContactSystem> = None;
     let mut corrected = Vec::new();
-    for round in 0..contact.relinearisations + MOST_ADDITIONS {
+    let most_rounds = contact.relinearisations + MOST_ADDITIONS + MOST_TURNS;
+    for round in 0..most_rounds {
         if contact.lists.active.is_empty() {
             break;
         }
@@ -93,8 +104,14 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
             contact.not_solved(memory, &system, &solution.report.solve, first_round)?;
         }
 
-        let nonlinear = round + 1 < contact.relinearisations;
         contact.hand_over(rods, &solution.impulses);
+        let turn = contact.turn(rods, &touched, &inverses, step.dt);
+        let last = round + 1 == most_rounds;
+        if last && turn > TOO_LARGE_TURN {
+            let detail = format!("contact impulses turn an edge by {turn:.2} rad after {most_rounds} rounds");
+            return Err(Rejection { stage: "mixture", reason: RejectionReason::TooLargeMotion, element: None, detail });
+        }
+        let nonlinear = !last && (round + 1 < contact.relinearisations || turn > TRUE_TURN);
         let given = std::mem::take(&mut contact.lists.per_vertex);
         let done = if nonlinear { stepper.resolve(rods, &given) } else { stepper.correct(rods, &given) };
         contact.lists.per_vertex = given;

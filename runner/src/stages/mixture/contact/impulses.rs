@@ -5,6 +5,8 @@ use ::contact::law::ContactState;
 use nalgebra::Vector3;
 use rods::{RodSet, RodStepper};
 
+use super::Inverses;
+
 use crate::stages::Step;
 use crate::world::Reaction;
 use crate::world::contact::ContactWorld;
@@ -29,6 +31,22 @@ impl ContactWorld {
                 give(c.key.b, c.beta, -1.0);
             }
         }
+    }
+
+    /// Largest turn of an edge by the impulses just handed over, as the linearised rods give it [rad].
+    pub(super) fn turn(&self, rods: &RodSet, touched: &[usize], inverses: &Inverses, dt: f64) -> f64 {
+        let per_vertex = &self.lists.per_vertex;
+        let turn_of = |strand: &usize| -> f64 {
+            let Some(inverse) = inverses.get(*strand) else { return 0.0 };
+            let vertices = rods.vertices(*strand);
+            let mut x: Vec<f64> = per_vertex[vertices.clone()].iter().flat_map(|r| [r.x, r.y, r.z, 0.0]).collect();
+            inverse.apply(&mut x);
+            let change = |i: usize| Vector3::new(x[4 * i], x[4 * i + 1], x[4 * i + 2]);
+            let edges = rods.edges(*strand);
+            let turn = |i: usize| (change(i + 1) - change(i)).norm() * dt / rods.rest_length[edges.start + i];
+            (0..edges.len()).map(turn).fold(0.0, f64::max)
+        };
+        touched.iter().map(turn_of).fold(0.0, f64::max)
     }
 
     /// Counts states, sums forces on solids, and what the ledger must know.

@@ -9,10 +9,12 @@
 //! dual   ── unknown impulses, cost ½ rᵀW r: needs a symmetric W
 //! primal ── unknown velocities, cost ½ vᵀK v: keeps the sparse inverse dynamics, works for singular W
 //! outer  ── the fixed point on the shift, the same for both
+//! polish ── the digits that an interior-point method leaves out (dual form)
 //! ```
 
 mod dual;
 mod outer;
+mod polish;
 mod primal;
 
 pub use dual::{certify, convex_model, cross_check};

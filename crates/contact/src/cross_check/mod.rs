@@ -9,12 +9,17 @@
 //! dual   ── unknown impulses, cost ½ rᵀW r: needs a symmetric W
 //! primal ── unknown velocities, cost ½ vᵀK v: keeps the sparse inverse dynamics, works for singular W
 //! outer  ── the fixed point on the shift, the same for both
+//! compare ── ours against it: the same, a second solution of the law, or a disagreement
+//! polish ── the digits that an interior-point method leaves out (dual form)
 //! ```
 
+mod compare;
 mod dual;
 mod outer;
+mod polish;
 mod primal;
 
+pub use compare::{AGREED, AT_REST, Comparison, VERIFIED, Verdict, compare};
 pub use dual::{certify, convex_model, cross_check};
 pub use outer::{OracleAnswer, OracleError, OracleSettings};
 pub use primal::{PrimalProblem, cross_check_primal};

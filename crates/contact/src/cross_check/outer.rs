@@ -27,7 +27,8 @@ impl Default for OracleSettings {
 /// What the second opinion says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OracleAnswer {
-    /// Converged; `MaxIterations` where the fixed point still moves (it may cycle for ν above one); `Breakdown` where the
+    /// Converged; `Stalled` where the shift changes by no more than the cone solver's inaccuracy; `MaxIterations` where
+    /// the fixed point still moves (it may cycle for ν above one); `Breakdown` where the
     /// cone solver did not report `Solved`.
     pub status: Status,
     /// Impulses `r` without the cohesive shift [N s]; not unique where contacts are redundant.
@@ -53,6 +54,11 @@ pub enum OracleError {
     Refused(String),
 }
 
+/// Change of the shift that may be the cone solver's own inaccuracy …
+const NOISE: f64 = 1e-6;
+/// … and the outer iterations without halving it after which it counts as such.
+const PATIENCE: usize = 15;
+
 /// One convex solve for a shift: writes impulses and velocities (scaled), says whether it was solved.
 pub(super) trait ConvexSolve {
     fn solve(&mut self, shift: &[f64], r: &mut [Vec3], u: &mut [Vec3]) -> bool;
@@ -72,6 +78,7 @@ pub(super) fn fixed_point(
     let mut damping = 1.0;
     let mut last = f64::INFINITY;
     let mut growth = 0;
+    let (mut lowest, mut lowest_at) = (f64::INFINITY, 0);
     for outer in 1..=settings.max_outer {
         if !convex.solve(&shift, r, u) {
             return (Status::Breakdown, outer, last);
@@ -87,6 +94,11 @@ pub(super) fn fixed_point(
         let relative = change / largest.max(1e-1);
         if relative <= settings.shift_tolerance {
             return (Status::Converged, outer, relative);
+        }
+        if relative < 0.5 * lowest {
+            (lowest, lowest_at) = (relative, outer);
+        } else if lowest < NOISE && outer > lowest_at + PATIENCE {
+            return (Status::Stalled, outer, relative);
         }
         growth = if relative > 0.95 * last { growth + 1 } else { 0 };
         if growth >= 3 {

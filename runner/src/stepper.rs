@@ -10,9 +10,6 @@ use crate::system::{Rejection, StepLimit, System};
 /// Halvings in a row before a run stops.
 pub const MAX_HALVINGS: u32 = 6;
 
-/// An adaptive run starts with this part of its largest step: before the first step no velocity tells how fast things will move.
-const START: f64 = 0.02;
-
 /// How fast the step may grow again after a rejection.
 const GROWTH: f64 = 1.25;
 
@@ -21,7 +18,6 @@ mod limiter {
     pub const FIXED: &str = "fixed";
     pub const MAXIMUM: &str = "maximum";
     pub const RETRY: &str = "retry";
-    pub const START: &str = "start";
     pub const CLOCK: &str = "output clock";
     pub const END: &str = "end";
 }
@@ -54,7 +50,7 @@ pub struct StepperState {
     pub step: u64,
     /// Rejected steps so far.
     pub rejected: u64,
-    /// Largest step allowed since the start or the last rejection [s]; grows back with every accepted step, infinite when free.
+    /// Largest step allowed since the last rejection [s]; grows back with every accepted step, infinite when free.
     pub retry_cap: f64,
     /// In fixed stepping: whole steps done, so that times are multiples of the step to the last digit.
     pub whole_steps: u64,
@@ -106,11 +102,7 @@ impl Stepper {
     /// A stepper from time zero to `end` [s].
     #[must_use]
     pub fn new(control: StepControl, end: f64) -> Stepper {
-        let retry_cap = match control {
-            StepControl::Adaptive { max, .. } => START * max,
-            _ => f64::INFINITY,
-        };
-        Stepper { control, end, state: StepperState { retry_cap, ..StepperState::default() } }
+        Stepper { control, end, state: StepperState::default() }
     }
 
     /// Whether the end is reached.
@@ -170,8 +162,7 @@ impl Stepper {
             }
         };
         if self.state.retry_cap < dt {
-            let name = if self.state.rejected == 0 { limiter::START } else { limiter::RETRY };
-            (dt, limiter) = (self.state.retry_cap, name);
+            (dt, limiter) = (self.state.retry_cap, limiter::RETRY);
         }
         match self.control {
             StepControl::Fixed(_) => {
@@ -306,7 +297,6 @@ mod tests {
     fn adaptive_steps_meet_the_output_clock_and_name_the_limiter() {
         let mut system = clockwork(f64::INFINITY, 0.4);
         let mut stepper = Stepper::new(StepControl::Adaptive { max: 1.0, min: 0.0, safety: 0.5 }, 1.0);
-        stepper.state.retry_cap = f64::INFINITY; // past its start
         let first = stepper.advance(&mut system, 1.0).unwrap();
         assert_eq!((first.dt, first.limiter), (0.2, "clockwork: wear"));
         let second = stepper.advance(&mut system, 0.25).unwrap();
@@ -334,9 +324,6 @@ mod tests {
     fn after_a_rejection_the_step_grows_back() {
         let mut system = clockwork(0.3, f64::INFINITY);
         let mut stepper = Stepper::new(StepControl::Adaptive { max: 0.5, min: 0.0, safety: 1.0 }, 100.0);
-        let start = stepper.advance(&mut clockwork(1.0, f64::INFINITY), f64::INFINITY).unwrap();
-        assert_eq!((start.dt, start.limiter), (START * 0.5, "start"));
-        stepper.state.retry_cap = f64::INFINITY;
         let first = stepper.advance(&mut system, f64::INFINITY).unwrap();
         assert_eq!((first.dt, first.limiter, first.rejections), (0.25, "retry", 1));
         system.refuse_above = f64::INFINITY;

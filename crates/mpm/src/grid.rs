@@ -136,7 +136,7 @@ impl<const D: usize> LiquidGrid<D> {
     /// Offsets of the face fields.
     #[must_use]
     pub fn offsets() -> [[f64; D]; D] {
-        std::array::from_fn(|a| mac_offset(a))
+        std::array::from_fn(mac_offset)
     }
 
     /// Largest speed component on faces that hold liquid [m/s].

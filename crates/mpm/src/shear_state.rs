@@ -103,8 +103,11 @@ pub fn linearise<const D: usize>(
         return Ok((stress, PointTangent { isotropic: 2.0 * eta / dt, ..PointTangent::zero() }));
     }
     let f = Tensor::<D>::identity() + g * dt;
-    let trial =
-        if torn { torn_step_with(law.settings.torn, strain, volume_ratio, &f)?.trial } else { elastic_trial(strain, &f)? };
+    let trial = if torn {
+        torn_step_with(law.settings.torn, strain, volume_ratio, &f)?.trial
+    } else {
+        elastic_trial(strain, &f)?
+    };
     let relaxed = law.relax(&trial.strain, strain, dt)?;
     let mu = law.shear_modulus;
     let d = deviator(&trial.strain);

@@ -214,12 +214,8 @@ mod tests {
             assert!((state.analytic_volume / exact - 1.0).abs() < 0.03, "{} {exact}", state.analytic_volume);
             assert_eq!(particles.len() as u64, state.particles);
             // No two samples of the stream coincide.
-            let mut keys: Vec<[i64; 3]> = particles
-                .position
-                .iter()
-                .enumerate()
-                .map(|(_, x)| std::array::from_fn(|a| (x[a] * 1e7).round() as i64))
-                .collect();
+            let mut keys: Vec<[i64; 3]> =
+                particles.position.iter().map(|x| std::array::from_fn(|a| (x[a] * 1e7).round() as i64)).collect();
             keys.sort_unstable();
             keys.dedup();
             assert!(keys.len() as f64 > 0.5 * particles.len() as f64);

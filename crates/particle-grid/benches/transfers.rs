@@ -31,7 +31,7 @@ fn transfers(c: &mut Criterion) {
         let name = format!("{n}x{}", per_cell_axis.pow(3));
         let mut order = ParticleOrder::new();
         order.build(&lattice, &x).unwrap();
-        permute(&mut x, &order.index().to_vec(), &mut Vec::new());
+        permute(&mut x, order.index(), &mut Vec::new());
         order.build(&lattice, &x).unwrap();
         let mut grid = BlockGrid::new(lattice);
         grid.rebuild(&order, &[]);
@@ -59,7 +59,7 @@ fn transfers(c: &mut Criterion) {
             b.iter(|| {
                 single.install(|| {
                     let slices = [fields[0].as_slice(), fields[1].as_slice(), fields[2].as_slice()];
-                    gather(&grid, &order, &x, slices, std::array::from_fn(|a| mac_offset(a)), &mut v, &mut affine);
+                    gather(&grid, &order, &x, slices, std::array::from_fn(mac_offset), &mut v, &mut affine);
                 });
             });
         });

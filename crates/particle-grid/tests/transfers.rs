@@ -157,7 +157,7 @@ fn reproduces_affine<const D: usize>(offsets: [[f64; D]; D], seed: u64) {
 }
 
 fn mac<const D: usize>() -> [[f64; D]; D] {
-    std::array::from_fn(|a| mac_offset(a))
+    std::array::from_fn(mac_offset)
 }
 
 proptest! {

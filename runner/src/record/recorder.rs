@@ -132,7 +132,7 @@ impl Recorder {
         system: &dyn System,
         seconds: f64,
     ) -> Result<(), RecordError> {
-        if state.step % self.settings.series_every.max(1) != 0 {
+        if !state.step.is_multiple_of(self.settings.series_every.max(1)) {
             return Ok(());
         }
         use std::fmt::Write as _;

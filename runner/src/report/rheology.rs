@@ -74,7 +74,7 @@ pub(super) fn of_run(page: &mut String, run: &RunData) {
                 }
             }
             let svg = chart(&[storage, loss], label, "Pa", true);
-            let _ = write!(page, "<figure><h3>Moduli against {name}</h3>{svg}</figure>\n");
+            let _ = writeln!(page, "<figure><h3>Moduli against {name}</h3>{svg}</figure>");
         }
     }
     for curve in curves {
@@ -87,7 +87,7 @@ pub(super) fn of_run(page: &mut String, run: &RunData) {
         }
         let amplitude = number(curve, &["amplitude"]).unwrap_or(f64::NAN);
         let svg = chart(&lines, "strain", "Pa", false);
-        let _ = write!(page, "<figure><h3>Lissajous figure, last period at amplitude {amplitude}</h3>{svg}</figure>\n");
+        let _ = writeln!(page, "<figure><h3>Lissajous figure, last period at amplitude {amplitude}</h3>{svg}</figure>");
     }
     page.push_str("</div>\n");
 }

@@ -208,7 +208,7 @@ impl World {
 
 /// A step is chosen for the velocities before it; a step in which the strands gained speed so fast that an edge turned by
 /// more than this part of the chosen turn too much is repeated.
-const TURN_SLACK: f64 = 4.0;
+const TURN_SLACK: f64 = 2.0;
 
 fn turn_limit(scene: &Scene) -> f64 {
     match &scene.time.step {

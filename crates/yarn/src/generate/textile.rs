@@ -32,7 +32,7 @@ pub(super) fn weave<const D: usize>(
         |along: &SVector<f64, D>, side: &SVector<f64, D>, own: usize, of: usize, others: usize, sign: f64| {
             let offset = (own as f64 - 0.5 * (of as f64 - 1.0)) * spacing;
             let reach = (others as f64 - 1.0) * spacing;
-            let parity = if own % 2 == 0 { sign } else { -sign };
+            let parity = if own.is_multiple_of(2) { sign } else { -sign };
             let n = FINE * (others + 1);
             let fine: Vec<_> = (0..=n)
                 .map(|i| {

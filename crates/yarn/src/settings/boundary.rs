@@ -77,7 +77,7 @@ fn three() -> usize {
 impl DomainSettings {
     pub(super) fn check(&self, settings: &YarnSettings) -> Result<(), YarnError> {
         settings.vector("domain.origin", &self.origin)?;
-        if self.cells.len() != settings.dimension || self.cells.iter().any(|&c| c < 4 || c > 1 << 20) {
+        if self.cells.len() != settings.dimension || self.cells.iter().any(|&c| !(4..=1 << 20).contains(&c)) {
             return Err(YarnError::setting(
                 "domain.cells",
                 format!("needs {} numbers from 4 to 1048576, has {:?}", settings.dimension, self.cells),

@@ -125,7 +125,7 @@ impl Batch {
             Err(error) => return row("bad input", first_line(&error.to_string()), folder),
         };
         let same_scene = read_json(&folder.join("provenance.json"))
-            .is_ok_and(|provenance| provenance["scene_hash"] == Value::from(loaded.hash.clone()));
+            .is_ok_and(|provenance| provenance["scene_hash"] == loaded.hash.clone());
         let status = read_json(&folder.join("summary.json")).ok().map(|summary| summary["status"].clone());
         if same_scene && status == Some(Value::from("completed")) {
             return row("kept", "completed before".into(), folder);
@@ -140,8 +140,7 @@ impl Batch {
         match result {
             Err(error) => row("crashed", error.to_string(), folder),
             Ok((code, errors)) => {
-                let stopped =
-                    read_json(&folder.join("summary.json")).is_ok_and(|s| s["status"] == Value::from("stopped"));
+                let stopped = read_json(&folder.join("summary.json")).is_ok_and(|s| s["status"] == "stopped");
                 match code {
                     Some(0) if stopped => row("stopped", first_line(&errors), folder),
                     Some(0) => row("done", String::new(), folder),

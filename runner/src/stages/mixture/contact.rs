@@ -263,11 +263,8 @@ impl ContactWorld {
             .active
             .iter()
             .map(|c| {
-                let other = if c.with_solid() {
-                    setting.solids[c.key.b.1 as usize].friction
-                } else {
-                    friction_of(c.key.b.0)
-                };
+                let other =
+                    if c.with_solid() { setting.solids[c.key.b.1 as usize].friction } else { friction_of(c.key.b.0) };
                 let friction = if self.with_friction { (friction_of(c.key.a.0) * other).sqrt() } else { 0.0 };
                 // the gap is added below, where restitution and two-step formulas are known
                 PosedContact { gap: 0.0, ..c.posed(friction, 0.0, STRIDE) }
@@ -337,13 +334,7 @@ impl ContactWorld {
         }));
     }
 
-    fn begin(
-        &mut self,
-        rods: &RodSet,
-        step: Step,
-        stepper: &rods::RodStepper,
-        boundary: &rods::Boundary,
-    ) {
+    fn begin(&mut self, rods: &RodSet, step: Step, stepper: &rods::RodStepper, boundary: &rods::Boundary) {
         self.report = StepFigures::default();
         self.seconds = [0.0; 3];
         let lists = &mut self.lists;

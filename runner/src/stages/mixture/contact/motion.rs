@@ -33,9 +33,7 @@ pub(super) fn read_drift(lists: &mut Lists, rods: &RodSet, stepper: &RodStepper,
 
 /// Both sides of a contact as pairs of vertices with weights; side B has none where it is a solid.
 fn sides(c: &Contact, first_vertex: &[u32]) -> [Option<(usize, [f64; 2])>; 2] {
-    let side = |(strand, edge): (u32, u32), at: f64| {
-        ((first_vertex[strand as usize] + edge) as usize, [1.0 - at, at])
-    };
+    let side = |(strand, edge): (u32, u32), at: f64| ((first_vertex[strand as usize] + edge) as usize, [1.0 - at, at]);
     [Some(side(c.key.a, c.alpha)), (!c.with_solid()).then(|| side(c.key.b, c.beta))]
 }
 
@@ -58,12 +56,7 @@ pub(super) fn is_held(c: &Contact, first_vertex: &[u32], held: &[bool]) -> bool 
 }
 
 /// Gap at the end of the step along the normal if nothing more happens [m].
-pub(super) fn end_gap(
-    c: &Contact,
-    lists: &Lists,
-    first_vertex: &[u32],
-    solids: &[&dyn SolidField],
-) -> f64 {
+pub(super) fn end_gap(c: &Contact, lists: &Lists, first_vertex: &[u32], solids: &[&dyn SolidField]) -> f64 {
     let moved = relative(c, first_vertex, |v| Vector3::from(lists.end[v]) - Vector3::from(lists.start[v]));
     let carried = if c.with_solid() {
         Vector3::from(c.solid_velocity) * solids.first().map_or(0.0, |solid| solid.dt())

@@ -14,7 +14,7 @@ impl ContactWorld {
     /// it confirms ours, and the smaller difference counts.
     pub(super) fn confirm(&self, memory: &mut ContactMemory, system: &ContactSystem) {
         let Some(every) = self.cross_check else { return };
-        if memory.steps % every.max(1) != 0 {
+        if !memory.steps.is_multiple_of(every.max(1)) {
             return;
         }
         let problem = &system.problem;
@@ -27,8 +27,7 @@ impl ContactWorld {
         let settings = OracleSettings::default();
         let mut least: Option<f64> = None;
         for found_anew in [true, false] {
-            let answer =
-                if found_anew { cross_check(problem, &settings) } else { certify(problem, &ours, &settings) };
+            let answer = if found_anew { cross_check(problem, &settings) } else { certify(problem, &ours, &settings) };
             let Ok(answer) = answer else { continue };
             if answer.status.is_converged() {
                 let found = difference(&answer.velocities);

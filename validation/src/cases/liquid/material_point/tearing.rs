@@ -74,7 +74,7 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
         point.advance(&law, &draw, dt).map_err(CaseError::failed)?;
         strain += increment;
         steps += 1;
-        if steps % (per_strain / 50).max(1) == 0 {
+        if steps.is_multiple_of((per_strain / 50).max(1)) {
             course.push([strain, tension(&point)]);
         }
     }

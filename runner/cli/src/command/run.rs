@@ -14,7 +14,7 @@ use crate::{progress, stop};
 pub struct Run {
     /// Scene file (RON).
     pub scene: PathBuf,
-    /// Folder for the results [default: out/<scene name>].
+    /// Folder for the results [default: `out/NAME` for NAME.ron].
     #[arg(long)]
     pub out: Option<PathBuf>,
     /// Override a field of the scene, such as `strands[0].radius=0.004`.
@@ -46,7 +46,7 @@ pub struct Run {
     pub json_progress: bool,
 }
 
-/// The default folder of a scene's results: `out/<scene name>`.
+/// The default folder of a scene's results: `out/NAME` for `NAME.ron`.
 pub fn default_out(scene: &std::path::Path) -> PathBuf {
     PathBuf::from("out").join(scene.file_stem().unwrap_or_default())
 }

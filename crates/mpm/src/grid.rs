@@ -15,7 +15,7 @@ pub struct FaceFields {
     pub volume: Vec<f64>,
     /// Velocity component along the normal direction [m/s].
     pub velocity: Vec<f64>,
-    /// Force of the shear stress at the start of the step [N].
+    /// Force of the shear stress carried back to no motion [N].
     pub shear_force: Vec<f64>,
     /// Share of the face not covered by solids [1].
     pub open: Vec<f64>,
@@ -56,9 +56,11 @@ pub struct WallTie {
     pub source: u32,
     /// Factor on the source.
     pub ratio: f64,
-    /// Share of the mass of the tied face that moves with the source: one at a wall that lets the liquid slip, zero where it
-    /// sticks or where the wall stands across the direction.
+    /// Share of mass, body force and pressure of the tied face that acts on the source: the ratio where it is positive.
     pub carried: f64,
+    /// Share of the momentum of the tied face that joins the source: one at a wall that lets the liquid slip, zero where it
+    /// sticks or where the wall stands across the direction.
+    pub merged: f64,
     /// What is added [m/s].
     pub offset: f64,
 }

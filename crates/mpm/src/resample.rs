@@ -103,7 +103,8 @@ pub fn resample<const D: usize, S: Solid<D>>(
         r < SMALL || (r > NOMINAL && r <= LARGE)
     }) {
         merge(particles, grid, fine, &mut report, scratch);
-        if report.merged > 0 {
+        if report.merged + report.trimmed > 0 {
+            // Receivers have moved: cells must be looked up anew before pairs are formed.
             particles_to_grid::activate(particles, materials, &[], grid)?;
         }
     }

@@ -1,8 +1,8 @@
 //! The implicit shear solve of stage 6: momentum of the faces under body force, shear stress, drag and pressure gradient.
 //!
 //! One Newton step of backward Euler about a reference motion `u_ref` (the motion of the last step) reads
-//! `(M + dt 𝒟 + M^τ + dt² H)(u − u_ref) = dt (M g + f + 𝒟 (u_s − u_ref) − V ∇p) + added momentum − M^τ u_ref`,
-//! where `f` and `H` are stress and tangent about `u_ref`. Faces at walls are tied to faces in front of them; stress and tangent are
+//! `(M + dt 𝒟 + M^τ + dt² H)(u − u_ref) = dt (M g + f − dt H u_ref + 𝒟 (u_s − u_ref) − V ∇p) + added momentum − M^τ u_ref`,
+//! where `H` is the tangent about `u_ref` and `f` the force of the stress carried back to no motion. Faces at walls are tied to faces in front of them; stress and tangent are
 //! restricted to motions that obey the ties, so the system stays symmetric. Source: spec (6.3), (6.6), (6.7); Δ-form and ties are ours.
 
 use crate::LiquidError;
@@ -73,7 +73,8 @@ pub struct ShearSolver<const D: usize> {
     mass: Vec<f64>,
     /// Liquid mass and volume that move with each face, carried ones included [kg], [m³].
     liquid: Vec<[f64; 2]>,
-    force: Vec<f64>,
+    /// Force of the shear stress at the reference motion, ties folded [N].
+    reference_force: Vec<f64>,
     inverse_diagonal: Vec<f64>,
     start: Vec<f64>,
     reference: Vec<f64>,
@@ -111,9 +112,9 @@ fn fold<const D: usize>(grid: &LiquidGrid<D>, v: &mut [f64]) {
 pub fn impose_walls<const D: usize>(grid: &mut LiquidGrid<D>) {
     // (mass, momentum) that each source takes over from the faces it carries.
     let mut gathered: Vec<(u8, u32, f64, f64)> = Vec::with_capacity(grid.ties.len());
-    for t in grid.ties.iter().filter(|t| t.source != NONE && t.carried > 0.0) {
+    for t in grid.ties.iter().filter(|t| t.source != NONE && t.merged > 0.0) {
         let face = &grid.face[t.axis as usize];
-        let m = t.carried * face.mass[t.face as usize];
+        let m = t.merged * face.mass[t.face as usize];
         gathered.push((t.axis, t.source, m, m * face.velocity[t.face as usize]));
     }
     gathered.sort_by_key(|g| (g.0, g.1));
@@ -268,6 +269,30 @@ impl<const D: usize> ShearSolver<D> {
         self.inverse_diagonal.clear();
         self.inverse_diagonal.extend(diagonal.iter().map(|&d| if d > 0.0 { 1.0 / d } else { 0.0 }));
         self.work = diagonal;
+        self.reference_force.clear();
+        self.reference_force.resize(D * n, 0.0);
+        if self.resists {
+            match settings.operator {
+                ShearOperator::Particles => apply_particles(
+                    particles,
+                    &self.state,
+                    grid,
+                    &self.reference,
+                    &mut self.reference_force,
+                    &mut self.operator,
+                ),
+                ShearOperator::CellQuadrature => {
+                    self.quadrature.apply(grid, &self.reference, &mut self.reference_force, &mut self.operator);
+                }
+            }
+            for a in 0..D {
+                let force = &mut self.reference_force[a * n..(a + 1) * n];
+                for (f, s) in force.iter_mut().zip(&grid.face[a].shear_force) {
+                    *f = s - dt * *f;
+                }
+            }
+            fold(grid, &mut self.reference_force);
+        }
     }
 
     /// Solves for the face velocities and writes them to the grid.
@@ -398,14 +423,6 @@ impl<const D: usize> ShearSolver<D> {
         let n = grid.blocks.node_count();
         self.rhs.clear();
         self.rhs.resize(D * n, 0.0);
-        self.force.clear();
-        self.force.resize(D * n, 0.0);
-        if self.resists {
-            for a in 0..D {
-                self.force[a * n..(a + 1) * n].copy_from_slice(&grid.face[a].shear_force);
-            }
-            fold(grid, &mut self.force);
-        }
         for a in 0..D {
             let gradient = &grid.face[a].pressure_gradient;
             for i in 0..n {
@@ -414,7 +431,7 @@ impl<const D: usize> ShearSolver<D> {
                     continue;
                 }
                 let [m, v] = self.liquid[k];
-                let mut force = m * body[a] + self.force[k];
+                let mut force = m * body[a] + self.reference_force[k];
                 if with_pressure {
                     force -= v * gradient[i];
                 }
@@ -503,7 +520,7 @@ impl<const D: usize> ShearSolver<D> {
                 + self.delta.capacity()
                 + self.rhs.capacity()
                 + self.work.capacity()
-                + self.force.capacity()
+                + self.reference_force.capacity()
                 + 2 * self.liquid.capacity())
             + self.values.capacity() * size_of::<Vector<D>>()
             + self.gradients.capacity() * size_of::<Tensor<D>>()

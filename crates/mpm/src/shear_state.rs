@@ -2,7 +2,11 @@
 //!
 //! The implicit shear solve is one Newton step (or several) on backward Euler: the stress is that of the strain carried
 //! through `f = I + dt G` and relaxed by the flow of the step, the tangent its derivative by `dt G`. For the first step `G`
-//! is the particle's own affine matrix, the motion of the last step: steady flow is then balanced exactly by any tangent.
+//! is the particle's own affine matrix, the motion of the last step, so that steady flow is balanced by any tangent.
+//!
+//! What is scattered is the stress carried back to no motion, `τ − dt L[G]`; the grid adds `dt L` of its own motion. An elastic
+//! liquid is then exactly backward Euler. (Scattering `τ` and adding `dt L` of the change since the last step looks the same,
+//! but the grid has lost the finest motions that the affine matrices still hold, and stiff elastic waves grow from the gap.)
 //!
 //! With the Kirchhoff stress `τ = μ λ̃ D`, `D = dev b̄*`, `β = tr b̄*/d`, the symmetrised tangent is (spec 6.6)
 //! `L[G] = ι dev sym G + γ (G D − (2/d)(tr G D + (G:D) I)) + δ D (D:G)`,
@@ -74,7 +78,7 @@ impl<const D: usize> PointTangent<D> {
 /// Stress and tangent of all particles for one linearisation.
 #[derive(Clone, Debug, Default)]
 pub struct ShearState<const D: usize> {
-    /// First Piola–Kirchhoff-like stress `τ f^{-T}` of each particle, viscous and damping parts included [Pa].
+    /// Stress `τ f^{-T}` of each particle carried back to no motion by the tangent [Pa].
     pub stress: Vec<Tensor<D>>,
     /// Tangent of each particle.
     pub tangent: Vec<PointTangent<D>>,
@@ -82,7 +86,10 @@ pub struct ShearState<const D: usize> {
     pub may_be_indefinite: bool,
 }
 
-/// Stress [Pa] and tangent of one particle whose velocity gradient is `g` [1/s] over the step `dt` [s].
+/// Stress carried back to no motion, `τ f^{-T} − dt L[g]` [Pa], and tangent `L` of one particle whose velocity gradient is
+/// `g` [1/s] over the step `dt` [s].
+///
+/// Viscous and damping stresses are linear in the motion: they appear in the tangent alone.
 ///
 /// # Errors
 /// Where the deformation is too large.
@@ -99,8 +106,7 @@ pub fn linearise<const D: usize>(
     let law = &material.law;
     if !law.is_shear_elastic() {
         let eta = law.newtonian_viscosity;
-        let stress = deviator(&symmetric_part(g)) * (2.0 * eta);
-        return Ok((stress, PointTangent { isotropic: 2.0 * eta / dt, ..PointTangent::zero() }));
+        return Ok((Tensor::zeros(), PointTangent { isotropic: 2.0 * eta / dt, ..PointTangent::zero() }));
     }
     let f = Tensor::<D>::identity() + g * dt;
     let trial = if torn {
@@ -114,7 +120,7 @@ pub fn linearise<const D: usize>(
     let beta = trace(&trial.strain) / D as f64;
     let size = d.norm();
     let mu_hat = mu * beta;
-    let mut stress = d * (mu * relaxed.radial);
+    let stress = d * (mu * relaxed.radial);
     let isotropic = 2.0 * mu_hat * relaxed.radial;
     let mut tangent = PointTangent { deviator: d, isotropic, geometric: 0.0, dyadic: 0.0 };
     if size > 1e-12 {
@@ -131,16 +137,16 @@ pub fn linearise<const D: usize>(
             }
         }
     }
+    // A torn particle follows another motion than f; its stress acts on the current configuration all the same.
+    let back = inverse(&f).unwrap_or_else(Tensor::<D>::identity);
+    let carried_back = stress * back.transpose() - tangent.apply(g) * dt;
     if material.shear_damping > 0.0 {
-        stress += tangent.apply(g) * material.shear_damping;
         let factor = 1.0 + material.shear_damping / dt;
         tangent.isotropic *= factor;
         tangent.geometric *= factor;
         tangent.dyadic *= factor;
     }
-    // A torn particle follows another motion than f; its stress acts on the current configuration all the same.
-    let back = inverse(&f).unwrap_or_else(Tensor::<D>::identity);
-    Ok((stress * back.transpose(), tangent))
+    Ok((carried_back, tangent))
 }
 
 impl<const D: usize> ShearState<D> {

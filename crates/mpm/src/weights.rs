@@ -37,6 +37,9 @@ pub struct WeightsReport {
     pub blocks_near_solids: usize,
 }
 
+/// Open shares and solid velocities of the faces of one block, one direction.
+type FaceSlices<'a> = (&'a mut [f64], &'a mut [f64]);
+
 /// What one block contributes.
 struct BlockWeights {
     ties: Vec<WallTie>,
@@ -77,7 +80,7 @@ pub fn weights<const D: usize, S: Solid<D>>(
         let mut cell = std::mem::take(&mut grid.cell.solid_distance);
         let view = &*grid;
         // One slice per block and field, so that blocks can be filled side by side.
-        let mut parts: Vec<(Vec<(&mut [f64], &mut [f64])>, &mut [f64])> =
+        let mut parts: Vec<(Vec<FaceSlices<'_>>, &mut [f64])> =
             cell.chunks_mut(per).map(|c| (Vec::with_capacity(D), c)).collect();
         for (open, velocity) in &mut face {
             for (part, (o, v)) in parts.iter_mut().zip(open.chunks_mut(per).zip(velocity.chunks_mut(per))) {
@@ -112,7 +115,7 @@ fn fill_block<const D: usize, S: Solid<D>>(
     grid: &LiquidGrid<D>,
     solids: &[S],
     block: usize,
-    faces: &mut [(&mut [f64], &mut [f64])],
+    faces: &mut [FaceSlices<'_>],
     cells: &mut [f64],
 ) -> BlockWeights {
     let lattice = grid.lattice();
@@ -217,6 +220,7 @@ fn tie<const D: usize, S: Solid<D>>(
         source: NONE,
         ratio: 0.0,
         carried: 0.0,
+        merged: 0.0,
         offset: wall.velocity[axis],
     };
     let mut source = node as u32;
@@ -235,7 +239,7 @@ fn tie<const D: usize, S: Solid<D>>(
             let mirrored = wall.distance / gap;
             let ratio = hold * mirrored + (1.0 - hold);
             let offset = hold * (1.0 - mirrored) * wall.velocity[axis];
-            return Some(WallTie { source, ratio, carried: 1.0 - hold, offset, ..prescribed });
+            return Some(WallTie { source, ratio, carried: ratio.max(0.0), merged: 1.0 - hold, offset, ..prescribed });
         }
     }
     Some(prescribed)

@@ -1,3 +1,4 @@
+use mpm::settings::{ShearOperator, Tangent};
 use mpm::{HalfSpace, LiquidSettings, Tensor, Vector};
 use particle_grid::Lattice;
 
@@ -16,13 +17,24 @@ pub const CASE: Case = Case {
         Param::number("width", 0.01, "m", "distance of the plates"),
         Param::number("mean", 0.01, "m/s", "mean speed"),
         Param::number("dt", 1e-3, "s", "largest step"),
+        Param::count("newton", 1, "Newton iterations of the shear solve"),
+        Param::text("operator", "quadrature", "shear operator: quadrature or particles"),
+        Param::text("tangent", "symmetric", "tangent: symmetric or definite"),
+        Param::number("tolerance", 1e-6, "1", "relative tolerance of the shear solve"),
+        Param::number(
+            "stiffening",
+            1.0,
+            "1",
+            "factor on the shear modulus; the closed form is that of small elastic strain",
+        ),
         Param::number("time", 0.0, "s", "time to run (0: four relaxation times of the flow, within 0.25 to 1 s)"),
     ],
     run,
 };
 
 fn run(p: &Params) -> Result<Outcome, CaseError> {
-    let liquid = setup::preset(p)?;
+    let mut liquid = setup::preset(p)?;
+    liquid.shear_modulus *= p.positive("stiffening")?;
     let shear = Shear::of(&liquid);
     let cells = p.count_in("cells", 4, 256)?;
     let per_axis = p.count_in("per_axis", 1, 8)?;
@@ -57,7 +69,19 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
     };
     let walls = [wall(0.0, 1.0), wall(2.0 * half, -1.0)];
     let body = Vector::<2>::new(gradient / liquid.density, 0.0);
-    let settings = LiquidSettings { particles_per_axis: per_axis, ..Default::default() };
+    let mut settings = LiquidSettings { particles_per_axis: per_axis, ..Default::default() };
+    settings.shear.newton_iterations = p.count_in("newton", 1, 20)?;
+    settings.shear.pcg.tolerance = p.positive("tolerance")?;
+    settings.shear.operator = match p.text("operator")? {
+        "quadrature" => ShearOperator::CellQuadrature,
+        "particles" => ShearOperator::Particles,
+        _ => return Err(p.reject("operator", "quadrature or particles")),
+    };
+    settings.shear.tangent = match p.text("tangent")? {
+        "symmetric" => Tangent::Symmetric,
+        "definite" => Tangent::PositiveDefinite,
+        _ => return Err(p.reject("tangent", "symmetric or definite")),
+    };
     let mut run = Run::new(lattice, particles, materials, &walls, body, settings);
     let mut iterations = 0;
     while run.time < time {

@@ -15,6 +15,12 @@ pub const CASE: Case = Case {
         Param::number("angle", 45.0, "deg", "slope of the plane"),
         Param::count("cells", 16, "cells over the height"),
         Param::count("per_axis", 3, "particles per cell and direction"),
+        Param::number(
+            "stiffening",
+            10.0,
+            "1",
+            "factor on the shear modulus: the closed form is that of small elastic strain",
+        ),
         Param::number("dt", 1e-3, "s", "largest step"),
         Param::number("time", 0.4, "s", "time to run"),
     ],
@@ -22,7 +28,8 @@ pub const CASE: Case = Case {
 };
 
 fn run(p: &Params) -> Result<Outcome, CaseError> {
-    let liquid = setup::preset(p)?;
+    let mut liquid = setup::preset(p)?;
+    liquid.shear_modulus *= p.positive("stiffening")?;
     let shear = Shear::of(&liquid);
     let cells = p.count_in("cells", 4, 128)?;
     let per_axis = p.count_in("per_axis", 1, 8)?;

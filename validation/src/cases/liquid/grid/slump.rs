@@ -14,6 +14,12 @@ pub const CASE: Case = Case {
         Param::number("height", 0.1, "m", "height of the cylinder; its diameter is the same"),
         Param::count("cells", 8, "cells over the height"),
         Param::count("per_axis", 2, "particles per cell and direction"),
+        Param::number(
+            "viscosity",
+            0.1,
+            "1",
+            "consistency over ρ g H √(H/g): large enough not to overshoot, small enough to arrest",
+        ),
         Param::number("dt", 2e-3, "s", "largest step"),
         Param::number("time", 1.0, "s", "longest time to run"),
     ],
@@ -29,7 +35,7 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
     let density = 1000.0;
     let yield_stress = tau_prime * density * GRAVITY * height;
     // Viscous enough not to overshoot by inertia, thin enough to arrest within the run.
-    let consistency = 0.5 * density * GRAVITY * height * (height / GRAVITY).sqrt() * 0.1;
+    let consistency = p.positive("viscosity")? * density * GRAVITY * height * (height / GRAVITY).sqrt();
     let flow = FlowCurve::Rheometer { yield_stress, consistency, index: 1.0 };
     let liquid = setup::liquid(density, 50.0 * yield_stress, flow)?;
     let materials = vec![setup::material(&liquid)?];

@@ -437,6 +437,14 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "two million unknowns: run by hand to see the scaling"]
+    fn iterations_at_one_hundred_and_twenty_eight_cubed() {
+        let counts: Vec<usize> = [32, 64, 128].iter().map(|&n| iterations(&system::<3>(n, 0.0, dam, |_| 1.0))).collect();
+        println!("iterations at 32³, 64³, 128³: {counts:?}");
+        assert!(counts.iter().all(|&c| c <= 15) && counts[2] <= counts[0] + 3, "{counts:?}");
+    }
+
+    #[test]
     fn density_jumps_and_compressibility_keep_it_short() {
         for jump in [1e-3, 1e3] {
             let n = iterations(&system::<3>(32, 0.0, dam, |x| if x[0] + x[1] > 0.8 { jump } else { 1.0 }));

@@ -17,7 +17,7 @@ pub const CASE: Case = Case {
     params: &[
         Param::text("material", "shaving-cream", "name of a shear-elastic liquid"),
         Param::number("strain", 0.1, "1", "size of the elastic strain"),
-        Param::count("per_axis", 3, "particles per cell and direction"),
+        Param::count("per_axis", 4, "particles per cell and direction"),
     ],
     run,
 };

@@ -57,6 +57,7 @@ pub(super) fn of_run(page: &mut String, run: &RunData) {
     page.push_str("<h2>Rheology</h2>\n");
     table(page, moduli, headline);
     page.push_str("<div class=\"plots\">");
+    over_time(page, run);
     let different = |name: &str| {
         let first = moduli.first().and_then(|m| number(m, &[name]));
         moduli.iter().any(|m| number(m, &[name]) != first)
@@ -90,6 +91,38 @@ pub(super) fn of_run(page: &mut String, run: &RunData) {
         let _ = writeln!(page, "<figure><h3>Lissajous figure, last period at amplitude {amplitude}</h3>{svg}</figure>");
     }
     page.push_str("</div>\n");
+}
+
+/// Points of a curve over time at most.
+const TIME_POINTS: usize = 1200;
+
+/// Strain and the two stresses of the published plots against time, in their colours; the strain fills the height.
+fn over_time(page: &mut String, run: &RunData) {
+    let column = |name: &str| run.series.column(name).unwrap_or(&[]);
+    let (time, phase, strain) = (column("time"), column("phase"), column("strain"));
+    let stresses = [("surface stress", "surface", colour::SURFACE), ("overall stress", "overall", colour::OVERALL)];
+    let columns = stresses.map(|(_, which, _)| column(&format!("shear_stress_{which}")));
+    // what happens while the sample is prepared is not part of the experiment
+    let first = phase.iter().position(|phase| *phase > 0.0).unwrap_or(phase.len());
+    if time.len() <= first + 1 || strain.len() != time.len() || columns.iter().any(|c| c.len() != time.len()) {
+        return;
+    }
+    let rows: Vec<usize> = (first..time.len()).step_by((time.len() - first).div_ceil(TIME_POINTS)).collect();
+    let largest = |values: &[f64]| rows.iter().fold(0.0f64, |most, row| most.max(values[*row].abs()));
+    let height = columns.iter().fold(0.0f64, |most, c| most.max(largest(c)));
+    let reach = largest(strain);
+    let curve = |name, rgb, values: &[f64], factor: f64| {
+        let mut curve = Curve::new(name, rgb);
+        curve.points = rows.iter().map(|row| [time[*row], values[*row] * factor]).collect();
+        curve
+    };
+    let scale = if reach > 0.0 && height > 0.0 { height / reach } else { 1.0 };
+    let mut curves = vec![curve("strain (scaled)", colour::STRAIN, strain, scale)];
+    for ((name, _, rgb), values) in stresses.into_iter().zip(columns) {
+        curves.push(curve(name, rgb, values, 1.0));
+    }
+    let svg = chart(&curves, "time [s]", "Pa", false);
+    let _ = writeln!(page, "<figure><h3>Stress and strain, largest strain {reach:.3}</h3>{svg}</figure>");
 }
 
 /// Half width of the interval over samples, or the standard error of the only one.

@@ -4,6 +4,10 @@ use rayon::prelude::*;
 
 /// Cases that miss their target today, with the figure reached. They must fail: one that passes leaves this list.
 const OPEN: &[(&str, &str)] = &[
+    (
+        "hard/jammed",
+        "kinetic energy 12 times that of the drive: whether friction lets go what is bent or adds energy is not told yet",
+    ),
     ("liquid/film-on-plane", "mean speed 13 % high, 5 % wanted"),
     ("liquid/pipe", "mean speed 11 % low, 7 % wanted"),
     ("liquid/resample", "angular momentum kept to 7e-8, round-off wanted"),

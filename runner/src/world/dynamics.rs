@@ -5,6 +5,7 @@ use rods::{RodSet, StepReason};
 use serde_json::{Map, Value, json};
 
 use super::contact::{ContactWorld, record};
+use super::liquid::seen_in_its_dimension;
 use super::{Ledger, Reaction, StrandWorld, World, WorldState, measure};
 use crate::record::frame::Frame;
 use crate::stages::Step;
@@ -103,12 +104,20 @@ impl WorldState {
         to.history.clone_from(&from.history);
         self.ledger = other.ledger;
         self.contact.clone_from(&other.contact);
+        match (&mut self.liquid, &other.liquid) {
+            (Some(to), Some(from)) => to.copy_from(from),
+            (to, from) => to.clone_from(from),
+        }
     }
 }
 
 impl System for World {
     fn kind(&self) -> &'static str {
-        "strands"
+        match (&self.strands, &self.liquid) {
+            (Some(_), Some(_)) => "strands and liquid",
+            (None, Some(_)) => "liquid",
+            _ => "strands",
+        }
     }
 
     fn columns(&self) -> Vec<Column> {
@@ -117,6 +126,7 @@ impl System for World {
         if let Some(contact) = &self.contact {
             record::columns(contact, &self.solids, &mut columns);
         }
+        seen_in_its_dimension!(self, (), |flow, _state| flow.columns(&mut columns));
         columns
     }
 
@@ -125,10 +135,12 @@ impl System for World {
         if let (Some(contact), Some(memory)) = (&self.contact, &self.state.contact) {
             record::row(contact, memory, out);
         }
+        seen_in_its_dimension!(self, (), |flow, state| flow.row(state, out));
     }
 
     fn step_limits(&self) -> Vec<StepLimit> {
         let mut limits = Vec::new();
+        seen_in_its_dimension!(self, (), |flow, state| flow.step_limits(state, &self.solids, self.time, &mut limits));
         let Some(strands) = &self.strands else { return limits };
         let rods = &self.state.rods;
         let turn = strands.stepper.step_limit(rods);
@@ -170,7 +182,9 @@ impl System for World {
 
     fn iterations(&self) -> usize {
         let contact = self.contact.as_ref().map_or(0, |contact| contact.report.iterations);
-        self.strands.as_ref().map_or(0, |strands| strands.report.total_iterations) + contact
+        self.strands.as_ref().map_or(0, |strands| strands.report.total_iterations)
+            + contact
+            + self.liquid.as_ref().map_or(0, super::liquid::LiquidWorld::iterations)
     }
 
     fn stage_seconds(&self) -> Vec<(&'static str, f64)> {
@@ -183,6 +197,13 @@ impl System for World {
                 stage.1 -= contact.seconds.iter().sum::<f64>();
             }
             seconds.extend(parts.into_iter().zip(contact.seconds));
+        }
+        if let Some(liquid) = &self.liquid {
+            let parts = liquid.seconds();
+            for stage in seconds.iter_mut().filter(|(name, _)| *name == "mixture") {
+                stage.1 -= parts.iter().sum::<f64>();
+            }
+            seconds.extend(["shear_solve", "pressure_solve"].into_iter().zip(parts));
         }
         seconds
     }
@@ -203,6 +224,12 @@ impl System for World {
                 "it holds {saved} strands with other vertices than the {here} of the scene"
             )));
         }
+        match (&self.state.liquid, &state.liquid) {
+            (Some(here), Some(saved)) => here.accepts(saved)?,
+            (None, None) => {}
+            (Some(_), None) => return Err(StateError("it holds no liquid, the scene does".to_owned())),
+            (None, Some(_)) => return Err(StateError("it holds liquid, the scene does not".to_owned())),
+        }
         // what the scene says about the strands holds, also for a branch that changes it; what moved is taken over
         self.state.copy_from(&state);
         self.kept = self.state.clone();
@@ -216,6 +243,7 @@ impl System for World {
         if let (Some(contact), Some(memory)) = (&self.contact, &self.state.contact) {
             record::summary(contact, memory, &mut summary);
         }
+        seen_in_its_dimension!(self, (), |flow, state| flow.summary(state, &mut summary));
         if let Some(strands) = &self.strands {
             let momentum = rods.momentum(&rods::Loads::gravity(self.gravity));
             let energy = rods.energy(&rods::Loads::gravity(self.gravity));

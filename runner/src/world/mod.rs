@@ -7,6 +7,7 @@
 
 pub mod contact;
 pub mod dynamics;
+pub mod liquid;
 pub mod measure;
 pub mod picture;
 pub mod probes;
@@ -27,6 +28,7 @@ use crate::scene::time::{Integrator as SceneIntegrator, RodHessian};
 use crate::stages::Stage;
 use contact::ContactWorld;
 use contact::memory::ContactMemory;
+use liquid::{LiquidState, LiquidWorld};
 use probes::Probe;
 use solids::SceneSolid;
 use strands::HeldPart;
@@ -48,6 +50,14 @@ pub enum BuildError {
     #[error("{name}: {what}")]
     Solid {
         /// Name of the solid.
+        name: String,
+        /// What is wrong.
+        what: String,
+    },
+    /// A part of the liquid cannot be made.
+    #[error("liquid, {name}: {what}")]
+    Liquid {
+        /// Which part.
         name: String,
         /// What is wrong.
         what: String,
@@ -80,6 +90,8 @@ pub struct WorldState {
     pub ledger: Ledger,
     /// What contact remembers; absent where nothing can touch.
     pub contact: Option<ContactMemory>,
+    /// Bulk liquid, if there is any.
+    pub liquid: Option<LiquidState>,
 }
 
 /// What has gone in and out since the start, for the defects of the record.
@@ -136,6 +148,8 @@ pub struct World {
     pub strands: Option<StrandWorld>,
     /// Contact, where something can touch.
     pub contact: Option<ContactWorld>,
+    /// Bulk liquid, if there is any.
+    pub liquid: Option<LiquidWorld>,
     /// Solids.
     pub solids: Vec<SceneSolid>,
     /// What is followed step by step.
@@ -155,7 +169,8 @@ impl World {
         let solids = solids::build(scene)?;
         let contact = ContactWorld::build(scene, &plan.components, &built.rods);
         let memory = contact.as_ref().map(|_| ContactMemory::default());
-        let mut state = WorldState { rods: built.rods, ledger: Ledger::default(), contact: memory };
+        let (flowing, liquid) = liquid::build::build(scene, &solids)?.unzip();
+        let mut state = WorldState { rods: built.rods, ledger: Ledger::default(), contact: memory, liquid: flowing };
         let strands = if geometry.is_empty() {
             None
         } else {
@@ -179,13 +194,14 @@ impl World {
         let stages: Vec<&'static Stage> = plan.active().collect();
         state.ledger.initial_momentum = measure::momentum(&state.rods);
         Ok(World {
-            extent: picture::extent(&state.rods),
+            extent: picture::extent(&state.rods, scene),
             kept: state.clone(),
             state,
             time: 0.0,
             gravity: scene.gravity,
             strands,
             contact,
+            liquid,
             solids,
             probes,
             seconds: vec![0.0; stages.len()],

@@ -3,6 +3,7 @@
 //! The steps of Algorithm 1 (spec 08) that exist so far, in its order; the rest joins here as it is built.
 
 pub mod contact;
+pub mod film;
 pub mod rods;
 
 pub use rods::rejection;
@@ -13,6 +14,9 @@ use crate::world::World;
 
 /// Solves for the velocities at the end of the step; nothing moves yet.
 pub fn run(world: &mut World, step: Step) -> Result<(), Rejection> {
+    film::advect(world, step)?; // 2
+    film::add_inertia(world, step)?; // 3
     rods::solve_free(world, step)?; // 4, 17
-    contact::resolve(world, step) // 1, 6, 7, 19
+    contact::resolve(world, step)?; // 1, 6, 7, 18, 19
+    film::drive(world, step) // 5
 }

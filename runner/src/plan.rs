@@ -27,6 +27,8 @@ pub struct Components {
     pub film: bool,
     /// Some film bears shear stress of its own (its shear modulus is not zero).
     pub film_shear: bool,
+    /// Films drip from the ends of strands.
+    pub dripping: bool,
     /// There is bulk liquid, or may be.
     pub liquid: bool,
     /// Particles are split, merged and spread.
@@ -64,7 +66,8 @@ impl Components {
             contact: strands && may_touch && on(Component::StrandContact),
             strand_pairs: strands && pairs && on(Component::StrandContact),
             film,
-            film_shear: film && on(Component::FilmShear),
+            film_shear: film && on(Component::FilmShear) && film_bears_shear(scene),
+            dripping: film && on(Component::Dripping),
             liquid: bulk.is_some(),
             resampling: bulk.is_some() && on(Component::Resampling),
             liquid_shear: bulk.is_some() && shear && liquids.iter().any(bears_shear),
@@ -87,6 +90,13 @@ fn tears(liquid: &LiquidProperties) -> bool {
 /// A lone strand is looked at for contact with itself only when the scene asks for contact in so many words.
 fn strand_may_touch_itself(scene: &Scene) -> bool {
     crate::scene::contact::Contact::blank().is_some_and(|blank| scene.contact != blank)
+}
+
+/// Whether some film's liquid has elasticity in shear.
+fn film_bears_shear(scene: &Scene) -> bool {
+    let films = scene.strands.iter().filter_map(|group| group.film.as_ref());
+    let mut liquids = films.filter_map(|film| crate::world::film::build::liquid_name(scene, Some(film)));
+    liquids.any(|name| scene.liquid_material(&name).is_some_and(|liquid| liquid.shear_modulus > 0.0))
 }
 
 /// A stage in the plan of a scene.
@@ -136,8 +146,8 @@ impl Plan {
             return Ok(Plan { stages: Vec::new(), components, switched_off: Vec::new(), program });
         }
         let missing = |what, number: usize, help| NotThereYet { what, number, stage: STAGES[number].name, help };
-        if components.film {
-            return Err(missing("a film on strands", 11, "leave `film` out of the strand groups"));
+        if components.strands && components.liquid {
+            return Err(missing("strands in bulk liquid", 1, "leave the strands or the `liquid` section out"));
         }
         let stages = STAGES
             .iter()

@@ -8,6 +8,7 @@
 pub mod contact;
 pub mod dynamics;
 pub mod liquid;
+pub mod film;
 pub mod measure;
 pub mod picture;
 pub mod probes;
@@ -18,7 +19,7 @@ pub mod strands;
 use std::time::Instant;
 
 use nalgebra::Vector3;
-use rods::{Boundary, RodReport, RodSet, RodSettings, RodStepper};
+use rods::{Boundary, Loads, RodReport, RodSet, RodSettings, RodStepper};
 use serde::{Deserialize, Serialize};
 
 use crate::plan::Plan;
@@ -29,6 +30,7 @@ use crate::stages::Stage;
 use contact::ContactWorld;
 use contact::memory::ContactMemory;
 use liquid::{LiquidState, LiquidWorld};
+use film::{FilmWorld, Films};
 use probes::Probe;
 use solids::SceneSolid;
 use strands::HeldPart;
@@ -92,6 +94,8 @@ pub struct WorldState {
     pub contact: Option<ContactMemory>,
     /// Bulk liquid, if there is any.
     pub liquid: Option<LiquidState>,
+    /// Films on the strands; absent where nothing can be wet.
+    pub film: Option<Films>,
 }
 
 /// What has gone in and out since the start, for the defects of the record.
@@ -150,6 +154,8 @@ pub struct World {
     pub contact: Option<ContactWorld>,
     /// Bulk liquid, if there is any.
     pub liquid: Option<LiquidWorld>,
+    /// Films, where strands can be wet.
+    pub film: Option<FilmWorld>,
     /// Solids.
     pub solids: Vec<SceneSolid>,
     /// What is followed step by step.
@@ -167,10 +173,17 @@ impl World {
     pub fn build(scene: &Scene, plan: &Plan, geometry: &[StrandGeometry]) -> Result<World, BuildError> {
         let built = strands::build(scene, geometry)?;
         let solids = solids::build(scene)?;
-        let contact = ContactWorld::build(scene, &plan.components, &built.rods);
+        let (film, films) = film::build::build(scene, &plan.components, &built.rods, geometry)?.unzip();
+        let contact = ContactWorld::build(scene, &plan.components, &built.rods, film.as_ref());
         let memory = contact.as_ref().map(|_| ContactMemory::default());
         let (flowing, liquid) = liquid::build::build(scene, &solids)?.unzip();
-        let mut state = WorldState { rods: built.rods, ledger: Ledger::default(), contact: memory, liquid: flowing };
+        let mut state = WorldState {
+            rods: built.rods,
+            ledger: Ledger::default(),
+            contact: memory,
+            liquid: flowing,
+            film: films,
+        };
         let strands = if geometry.is_empty() {
             None
         } else {
@@ -192,7 +205,8 @@ impl World {
         };
         let probes = probes::build(scene, &state.rods)?;
         let stages: Vec<&'static Stage> = plan.active().collect();
-        state.ledger.initial_momentum = measure::momentum(&state.rods);
+        let loads = film.as_ref().map_or(Loads::default(), |film| film.loads(Vector3::zeros()));
+        state.ledger.initial_momentum = state.rods.momentum(&loads).linear;
         Ok(World {
             extent: picture::extent(&state.rods, scene),
             kept: state.clone(),
@@ -202,11 +216,18 @@ impl World {
             strands,
             contact,
             liquid,
+            film,
             solids,
             probes,
             seconds: vec![0.0; stages.len()],
             stages,
         })
+    }
+
+    /// Gravity and the films, as the rods feel them.
+    #[must_use]
+    pub fn loads(&self) -> Loads<'_> {
+        self.film.as_ref().map_or(Loads::gravity(self.gravity), |film| film.loads(self.gravity))
     }
 
     fn run_stages(&mut self, step: crate::stages::Step) -> Result<(), crate::system::Rejection> {

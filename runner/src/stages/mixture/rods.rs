@@ -8,8 +8,8 @@ use crate::world::World;
 
 /// Solves the rods' step as if nothing touched.
 pub fn solve_free(world: &mut World, step: Step) -> Result<(), Rejection> {
-    let Some(strands) = &mut world.strands else { return Ok(()) };
-    let loads = Loads::gravity(world.gravity);
+    let World { strands: Some(strands), film, gravity, .. } = world else { return Ok(()) };
+    let loads = film.as_ref().map_or(Loads::gravity(*gravity), |film| film.loads(*gravity));
     let rods = &world.state.rods;
     strands.report =
         strands.stepper.solve(rods, step.dt, &loads, &strands.boundary).map_err(|error| rejection(&error))?;

@@ -71,7 +71,7 @@ impl Framing {
     /// Adds what a frame shows. Solids count only where nothing else is there: a floor has no end.
     pub fn include(&mut self, frame: &Frame) {
         let mut moving: Option<Bounds> = None;
-        for piece in &frame.pieces {
+        for piece in frame.pieces.iter().filter(|p| !matches!(p.topology, Topology::Lattice { .. })) {
             let Some(bounds) = bounds_of(piece, &mut self.left_out) else { continue };
             let to = if piece.name == "solids" { &mut self.fallback } else { &mut moving };
             *to = Some(to.map_or(bounds, |b| b.merge(bounds)));

@@ -1,6 +1,7 @@
 //! What a run records, and when.
 
 use super::declare::{choice, section};
+use super::motion::Axis;
 use super::quantity::{above, at_least};
 use nalgebra::Vector3;
 
@@ -63,6 +64,18 @@ choice! {
 }
 
 section! {
+    /// A plane in which frames show the liquid on its grid: speed, velocity, pressure, liquid fraction, volume ratio.
+    pub struct Slice {
+        /// Name, for files.
+        name: Option<String> = [None] () "";
+        /// Direction of the normal: `X`, `Y` or `Z`; in two dimensions the plane itself is shown.
+        normal: Axis = [Axis::z()] () "";
+        /// Place of the plane along its normal.
+        at: f64 = [0.0] (Length) "";
+    }
+}
+
+section! {
     /// What is recorded.
     pub struct Output {
         /// Frames for viewing.
@@ -77,5 +90,7 @@ section! {
         keep: usize = [2] (Number, at_least(1.0).up_to(1e6)) "With 2 a damaged one does not lose the run.";
         /// Vertices and points followed step by step.
         probes: Vec<Probe> = [Vec::new()] () "";
+        /// Cuts through the liquid that frames show.
+        slices: Vec<Slice> = [Vec::new()] () "";
     }
 }

@@ -5,7 +5,8 @@ use rods::{RodSet, StepReason};
 use serde_json::{Map, Value, json};
 
 use super::contact::{ContactWorld, record};
-use super::{Ledger, Reaction, StrandWorld, World, WorldState, film, measure};
+use super::liquid::seen_in_its_dimension;
+use super::{Ledger, Reaction, StrandWorld, World, WorldState, film, measure, submersion};
 use crate::record::frame::Frame;
 use crate::stages::Step;
 use crate::system::{Column, Element, Rejection, RejectionReason, StateError, StepLimit, System};
@@ -107,12 +108,23 @@ impl WorldState {
         if let (Some(to), Some(from)) = (&mut self.film, &other.film) {
             to.copy_from(from);
         }
+        if let (Some(to), Some(from)) = (&mut self.submersion, &other.submersion) {
+            to.copy_from(from);
+        }
+        match (&mut self.liquid, &other.liquid) {
+            (Some(to), Some(from)) => to.copy_from(from),
+            (to, from) => to.clone_from(from),
+        }
     }
 }
 
 impl System for World {
     fn kind(&self) -> &'static str {
-        "strands"
+        match (&self.strands, &self.liquid) {
+            (Some(_), Some(_)) => "strands and liquid",
+            (None, Some(_)) => "liquid",
+            _ => "strands",
+        }
     }
 
     fn columns(&self) -> Vec<Column> {
@@ -121,11 +133,14 @@ impl System for World {
         if let Some(contact) = &self.contact {
             record::columns(contact, &self.solids, &mut columns);
         }
+        seen_in_its_dimension!(self, (), |flow, _state| flow.columns(&mut columns));
         if self.film.is_some() {
             film::measure::columns(&mut columns);
-        }
-        if self.film.is_some() {
-            columns.push(Column::new("liquid_mass_defect", "1", "liquid that no exchange accounts for, relative"));
+            if self.submersion.is_some() {
+                submersion::measure::columns(&mut columns);
+            }
+            let name = if self.liquid.is_some() { "total_liquid_mass_defect" } else { "liquid_mass_defect" };
+            columns.push(Column::new(name, "1", "liquid on strands and in bulk that the books do not account for, relative"));
         }
         columns
     }
@@ -135,8 +150,12 @@ impl System for World {
         if let (Some(contact), Some(memory)) = (&self.contact, &self.state.contact) {
             record::row(contact, memory, out);
         }
+        seen_in_its_dimension!(self, (), |flow, state| flow.row(state, out));
         if let (Some(film), Some(films)) = (&self.film, &self.state.film) {
             film::measure::row(film, films, out);
+        }
+        if let (Some(submersion), Some(memory)) = (&self.submersion, &self.state.submersion) {
+            submersion::measure::row(submersion, memory, out);
         }
         if let Some(defect) = self.liquid_mass_defect() {
             out.push(defect);
@@ -145,6 +164,7 @@ impl System for World {
 
     fn step_limits(&self) -> Vec<StepLimit> {
         let mut limits = Vec::new();
+        seen_in_its_dimension!(self, (), |flow, state| flow.step_limits(state, &self.solids, self.time, &mut limits));
         let Some(strands) = &self.strands else { return limits };
         let rods = &self.state.rods;
         let turn = strands.stepper.step_limit(rods);
@@ -189,7 +209,9 @@ impl System for World {
 
     fn iterations(&self) -> usize {
         let contact = self.contact.as_ref().map_or(0, |contact| contact.report.iterations);
-        self.strands.as_ref().map_or(0, |strands| strands.report.total_iterations) + contact
+        self.strands.as_ref().map_or(0, |strands| strands.report.total_iterations)
+            + contact
+            + self.liquid.as_ref().map_or(0, super::liquid::LiquidWorld::iterations)
     }
 
     fn stage_seconds(&self) -> Vec<(&'static str, f64)> {
@@ -202,6 +224,13 @@ impl System for World {
                 stage.1 -= contact.seconds.iter().sum::<f64>();
             }
             seconds.extend(parts.into_iter().zip(contact.seconds));
+        }
+        if let Some(liquid) = &self.liquid {
+            let parts = liquid.seconds();
+            for stage in seconds.iter_mut().filter(|(name, _)| *name == "mixture") {
+                stage.1 -= parts.iter().sum::<f64>();
+            }
+            seconds.extend(["shear_solve", "pressure_solve"].into_iter().zip(parts));
         }
         seconds
     }
@@ -222,6 +251,12 @@ impl System for World {
                 "it holds {saved} strands with other vertices than the {here} of the scene"
             )));
         }
+        match (&self.state.liquid, &state.liquid) {
+            (Some(here), Some(saved)) => here.accepts(saved)?,
+            (None, None) => {}
+            (Some(_), None) => return Err(StateError("it holds no liquid, the scene does".to_owned())),
+            (None, Some(_)) => return Err(StateError("it holds liquid, the scene does not".to_owned())),
+        }
         // what the scene says about the strands holds, also for a branch that changes it; what moved is taken over
         self.state.copy_from(&state);
         self.kept = self.state.clone();
@@ -238,6 +273,7 @@ impl System for World {
         if let (Some(contact), Some(memory)) = (&self.contact, &self.state.contact) {
             record::summary(contact, memory, &mut summary);
         }
+        seen_in_its_dimension!(self, (), |flow, state| flow.summary(state, &mut summary));
         if let Some(strands) = &self.strands {
             let (momentum, energy) = (rods.momentum(&self.loads()), rods.energy(&self.loads()));
             let film_mass = self.film.as_ref().map_or(0.0, |film| film.mass.iter().sum());
@@ -279,8 +315,15 @@ impl World {
     #[must_use]
     pub fn liquid_mass_defect(&self) -> Option<f64> {
         let (film, films) = (self.film.as_ref()?, self.state.film.as_ref()?);
-        let (initial, now) = (films.ledger.initial, film::measure::accounted_mass(film, films));
-        Some(if initial > 0.0 { (now - initial).abs() / initial } else { (now - initial).abs() })
+        let ledger = &films.ledger;
+        let strands = film.liquid_mass(&films.state) + ledger.dripped;
+        let (bulk, came) = seen_in_its_dimension!(self, (0.0, 0.0), |_flow, state| {
+            let books = &state.ledger;
+            let there = numerics::reduce::compensated_sum(state.particles.mass.iter().copied());
+            (there + books.terminated_mass + books.removed_mass, books.initial_mass + books.emitted_mass)
+        });
+        let (now, ever) = (strands + bulk, ledger.initial + came);
+        Some(if ever > 0.0 { (now - ever).abs() / ever } else { (now - ever).abs() })
     }
 
     /// The step in which the fastest film passes one edge [s].

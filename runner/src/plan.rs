@@ -55,7 +55,9 @@ impl Components {
         let may_touch = pairs || (scene.contact.strand_solid && !scene.solids.is_empty());
         let moving_solid = |solid: &Solid| !scene.script(&solid.motion).is_empty();
         let scripted_strands = scene.strands.iter().any(|group| !group.clamp.is_empty());
-        let film = scene.strands.iter().any(|group| group.film.is_some());
+        // strands that may take up liquid have films, dry at first
+        let takes_up = strands && scene.liquid.is_some();
+        let film = takes_up || scene.strands.iter().any(|group| group.film.is_some());
         let liquids: Vec<_> = liquid_names(scene).iter().filter_map(|name| scene.liquid_material(name)).collect();
         let (shear, flows) = (on(Component::Shear), on(Component::Shear) && on(Component::PlasticFlow));
         let bulk = scene.liquid.as_ref();
@@ -94,8 +96,8 @@ fn strand_may_touch_itself(scene: &Scene) -> bool {
 
 /// Whether some film's liquid has elasticity in shear.
 fn film_bears_shear(scene: &Scene) -> bool {
-    let films = scene.strands.iter().filter_map(|group| group.film.as_ref());
-    let mut liquids = films.filter_map(|film| crate::world::film::build::liquid_name(scene, Some(film)));
+    let films = scene.strands.iter().map(|group| group.film.as_ref());
+    let mut liquids = films.filter_map(|film| crate::world::film::build::liquid_name(scene, film));
     liquids.any(|name| scene.liquid_material(&name).is_some_and(|liquid| liquid.shear_modulus > 0.0))
 }
 
@@ -146,8 +148,9 @@ impl Plan {
             return Ok(Plan { stages: Vec::new(), components, switched_off: Vec::new(), program });
         }
         let missing = |what, number: usize, help| NotThereYet { what, number, stage: STAGES[number].name, help };
-        if components.strands && components.liquid {
-            return Err(missing("strands in bulk liquid", 1, "leave the strands or the `liquid` section out"));
+        let planar = |liquid: &Liquid| liquid.dimensions == crate::scene::liquid::Dimensions::Two;
+        if components.strands && scene.liquid.as_ref().is_some_and(planar) {
+            return Err(missing("strands in a liquid of two dimensions", 6, "leave `dimensions: Two` out, or the strands"));
         }
         let stages = STAGES
             .iter()

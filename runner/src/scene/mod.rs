@@ -32,6 +32,7 @@ pub mod microgel;
 pub mod motion;
 mod obj;
 pub mod output;
+pub mod parity;
 pub mod presets;
 pub mod quantity;
 pub mod random;
@@ -56,6 +57,7 @@ use microgel::Microgel;
 use motion::{Motion, Script};
 use nalgebra::Vector3;
 use output::Output;
+use parity::Parity;
 use presets::LiquidProperties;
 use quantity::{Spec, above, at_least};
 use solids::Solid;
@@ -111,6 +113,8 @@ section! {
         solver: Solver = [blank] () "";
         /// Components to switch off.
         disable: Vec<Component> = [Vec::new()] () "To see what each is worth, or to save its time.";
+        /// What is done as the reference code does it.
+        parity: Parity = [blank] () "For comparison; see the page on errata.";
         /// Solves every so many steps' contact problem again with an independent solver and records the difference.
         cross_check: Option<u64> = [None] (Number, above(0.0)) "Costs several contact solves each time.";
         /// What is recorded.

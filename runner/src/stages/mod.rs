@@ -6,10 +6,10 @@
 pub mod advect;
 pub mod deformation;
 pub mod drive;
-pub mod grid_to_particles;
-pub mod liquid_plasticity;
 pub mod exchange;
 pub mod film_plasticity;
+pub mod grid_to_particles;
+pub mod liquid_plasticity;
 pub mod mixture;
 pub mod particles_to_grid;
 pub mod recovery;

@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use super::contact::{ContactWorld, record};
 use super::liquid::seen_in_its_dimension;
-use super::{Ledger, Reaction, StrandWorld, World, WorldState, film, measure};
+use super::{Ledger, Reaction, StrandWorld, World, WorldState, film, measure, submersion};
 use crate::record::frame::Frame;
 use crate::stages::Step;
 use crate::system::{Column, Element, Rejection, RejectionReason, StateError, StepLimit, System};
@@ -105,12 +105,15 @@ impl WorldState {
         to.history.clone_from(&from.history);
         self.ledger = other.ledger;
         self.contact.clone_from(&other.contact);
+        if let (Some(to), Some(from)) = (&mut self.film, &other.film) {
+            to.copy_from(from);
+        }
+        if let (Some(to), Some(from)) = (&mut self.submersion, &other.submersion) {
+            to.copy_from(from);
+        }
         match (&mut self.liquid, &other.liquid) {
             (Some(to), Some(from)) => to.copy_from(from),
             (to, from) => to.clone_from(from),
-        }
-        if let (Some(to), Some(from)) = (&mut self.film, &other.film) {
-            to.copy_from(from);
         }
     }
 }
@@ -133,9 +136,11 @@ impl System for World {
         seen_in_its_dimension!(self, (), |flow, _state| flow.columns(&mut columns));
         if self.film.is_some() {
             film::measure::columns(&mut columns);
-        }
-        if self.film.is_some() {
-            columns.push(Column::new("liquid_mass_defect", "1", "liquid that no exchange accounts for, relative"));
+            if self.submersion.is_some() {
+                submersion::measure::columns(&mut columns);
+            }
+            let name = if self.liquid.is_some() { "total_liquid_mass_defect" } else { "liquid_mass_defect" };
+            columns.push(Column::new(name, "1", "liquid on strands and in bulk that the books do not account for, relative"));
         }
         columns
     }
@@ -148,6 +153,9 @@ impl System for World {
         seen_in_its_dimension!(self, (), |flow, state| flow.row(state, out));
         if let (Some(film), Some(films)) = (&self.film, &self.state.film) {
             film::measure::row(film, films, out);
+        }
+        if let (Some(submersion), Some(memory)) = (&self.submersion, &self.state.submersion) {
+            submersion::measure::row(submersion, memory, out);
         }
         if let Some(defect) = self.liquid_mass_defect() {
             out.push(defect);
@@ -307,8 +315,15 @@ impl World {
     #[must_use]
     pub fn liquid_mass_defect(&self) -> Option<f64> {
         let (film, films) = (self.film.as_ref()?, self.state.film.as_ref()?);
-        let (initial, now) = (films.ledger.initial, film::measure::accounted_mass(film, films));
-        Some(if initial > 0.0 { (now - initial).abs() / initial } else { (now - initial).abs() })
+        let ledger = &films.ledger;
+        let strands = film.liquid_mass(&films.state) + ledger.dripped;
+        let (bulk, came) = seen_in_its_dimension!(self, (0.0, 0.0), |_flow, state| {
+            let books = &state.ledger;
+            let there = numerics::reduce::compensated_sum(state.particles.mass.iter().copied());
+            (there + books.terminated_mass + books.removed_mass, books.initial_mass + books.emitted_mass)
+        });
+        let (now, ever) = (strands + bulk, ledger.initial + came);
+        Some(if ever > 0.0 { (now - ever).abs() / ever } else { (now - ever).abs() })
     }
 
     /// The step in which the fastest film passes one edge [s].

@@ -7,14 +7,15 @@
 
 pub mod contact;
 pub mod dynamics;
-pub mod liquid;
 pub mod film;
+pub mod liquid;
 pub mod measure;
 pub mod picture;
 pub mod probes;
 pub mod script;
 pub mod solids;
 pub mod strands;
+pub mod submersion;
 
 use std::time::Instant;
 
@@ -29,11 +30,12 @@ use crate::scene::time::{Integrator as SceneIntegrator, RodHessian};
 use crate::stages::Stage;
 use contact::ContactWorld;
 use contact::memory::ContactMemory;
-use liquid::{LiquidState, LiquidWorld};
 use film::{FilmWorld, Films};
+use liquid::{LiquidState, LiquidWorld};
 use probes::Probe;
 use solids::SceneSolid;
 use strands::HeldPart;
+use submersion::{Submersion, SubmersionState};
 
 /// Why the world of a scene could not be built.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -92,10 +94,12 @@ pub struct WorldState {
     pub ledger: Ledger,
     /// What contact remembers; absent where nothing can touch.
     pub contact: Option<ContactMemory>,
-    /// Bulk liquid, if there is any.
-    pub liquid: Option<LiquidState>,
     /// Films on the strands; absent where nothing can be wet.
     pub film: Option<Films>,
+    /// Bulk liquid, if there is any.
+    pub liquid: Option<LiquidState>,
+    /// What strands remember of bulk liquid; absent where they cannot meet any.
+    pub submersion: Option<SubmersionState>,
 }
 
 /// What has gone in and out since the start, for the defects of the record.
@@ -152,10 +156,12 @@ pub struct World {
     pub strands: Option<StrandWorld>,
     /// Contact, where something can touch.
     pub contact: Option<ContactWorld>,
-    /// Bulk liquid, if there is any.
-    pub liquid: Option<LiquidWorld>,
     /// Films, where strands can be wet.
     pub film: Option<FilmWorld>,
+    /// Bulk liquid, if there is any.
+    pub liquid: Option<LiquidWorld>,
+    /// Strands in bulk liquid, where they can meet any.
+    pub submersion: Option<Submersion>,
     /// Solids.
     pub solids: Vec<SceneSolid>,
     /// What is followed step by step.
@@ -177,12 +183,19 @@ impl World {
         let contact = ContactWorld::build(scene, &plan.components, &built.rods, film.as_ref());
         let memory = contact.as_ref().map(|_| ContactMemory::default());
         let (flowing, liquid) = liquid::build::build(scene, &solids)?.unzip();
+        let submersion = match (&film, &liquid) {
+            (Some(film), Some(LiquidWorld::Three(flow))) => {
+                Some(Submersion::build(scene, film, &flow.names, &built.rods)?)
+            }
+            _ => None,
+        };
         let mut state = WorldState {
-            rods: built.rods,
             ledger: Ledger::default(),
             contact: memory,
-            liquid: flowing,
             film: films,
+            liquid: flowing,
+            submersion: submersion.as_ref().map(|_| SubmersionState::new(built.rods.vertex_count())),
+            rods: built.rods,
         };
         let strands = if geometry.is_empty() {
             None
@@ -215,8 +228,9 @@ impl World {
             gravity: scene.gravity,
             strands,
             contact,
-            liquid,
             film,
+            liquid,
+            submersion,
             solids,
             probes,
             seconds: vec![0.0; stages.len()],

@@ -20,9 +20,14 @@ use crate::world::BuildError;
 /// Range of the solver's dry fraction of a strand's cross-section.
 const DRY: (f64, f64) = (1e-12, 1e-2);
 
-/// Name of the liquid of a film: its own, or the only one there is.
+/// Name of the liquid of a film: its own, else the first that the bulk is filled with, else the only one there is.
 pub(crate) fn liquid_name(scene: &Scene, film: Option<&StrandFilm>) -> Option<String> {
-    film.and_then(|film| film.material.clone()).or_else(|| {
+    let bulk = || {
+        let liquid = scene.liquid.as_ref()?;
+        let tank = liquid.tanks.first().map(|tank| tank.material.clone());
+        tank.or_else(|| liquid.sources.first().map(|source| source.material.clone()))
+    };
+    film.and_then(|film| film.material.clone()).or_else(bulk).or_else(|| {
         let liquids = scene.materials.iter().filter(|(_, material)| matches!(material, Material::Liquid(_)));
         liquids.map(|(name, _)| name.clone()).next()
     })

@@ -44,13 +44,6 @@ pub fn reservoir_mass(film: &FilmWorld, films: &Films) -> f64 {
     numerics::reduce::compensated_sum(volumes)
 }
 
-/// Liquid on strands with what left and minus what came [kg]: what was there at the start, if none is lost.
-#[must_use]
-pub fn accounted_mass(film: &FilmWorld, films: &Films) -> f64 {
-    let ledger = &films.ledger;
-    film.liquid_mass(&films.state) + ledger.dripped + ledger.shed + ledger.absorbed - ledger.captured
-}
-
 /// Figures for the summary.
 pub fn summary(film: &FilmWorld, films: &Films, summary: &mut Map<String, Value>) {
     let ledger = &films.ledger;

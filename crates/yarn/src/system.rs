@@ -104,6 +104,11 @@ impl<const D: usize> YarnSystem<D> {
         &mut self.state
     }
 
+    /// Sets the time [s] at which scripts are followed: a caller with a clock of its own keeps them in step.
+    pub fn set_time(&mut self, time: f64) {
+        self.state.time = time;
+    }
+
     /// Replaces the state by one of the same scene.
     ///
     /// # Errors

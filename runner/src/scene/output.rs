@@ -2,6 +2,7 @@
 
 use super::declare::{choice, section};
 use super::quantity::{above, at_least};
+use super::yarn::YarnVertex;
 use nalgebra::Vector3;
 
 choice! {
@@ -52,6 +53,18 @@ section! {
     }
 }
 
+section! {
+    /// A vertex of a yarn whose place and velocity go into the series.
+    pub struct YarnProbe {
+        /// Name of the column.
+        name: Option<String> = [None] () "";
+        /// Yarn, counted over all groups in order.
+        yarn: usize = [required] () "";
+        /// Vertex along the yarn.
+        vertex: YarnVertex = [YarnVertex::Last] () "";
+    }
+}
+
 choice! {
     /// Something that is followed step by step.
     pub enum Probe {
@@ -59,6 +72,8 @@ choice! {
         Vertex(VertexProbe) ();
         /// A point in space.
         Point(PointProbe) ();
+        /// A vertex of a yarn.
+        Yarn(YarnProbe) ();
     }
 }
 

@@ -41,6 +41,7 @@ fn one(probe: &Described, index: usize, rods: &RodSet) -> Result<Probe, BuildErr
             let name = v.name.clone().unwrap_or_else(|| format!("strand{}_vertex{vertex}", v.strand));
             Ok(Probe { name, vertex: range.start + vertex })
         }
+        Described::Yarn(_) => Err(refuse("a vertex of a yarn is probed, and the scene has no yarns".to_owned())),
         Described::Point(_) => Err(refuse("a point in space probes liquid, and the scene has none".to_owned())),
     }
 }

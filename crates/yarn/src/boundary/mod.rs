@@ -59,6 +59,8 @@ pub(crate) struct Boundary<const D: usize> {
     /// Place and half sides [m] of each pin.
     pub pins: Vec<(Led<D>, SVector<f64, D>)>,
     pub drives: Vec<(usize, Led<D>)>,
+    /// Which vertices are driven; empty where none is.
+    pub driven: Vec<bool>,
     pub walls: Option<Walls<D>>,
 }
 
@@ -127,8 +129,12 @@ impl<const D: usize> Boundary<D> {
             let vertex = model.vertex(&path, drive.yarn, drive.vertex)?;
             drives.push((vertex, Led { place: state.position[vertex], motion: drive.motion.clone() }));
         }
+        let mut driven = vec![false; if drives.is_empty() { 0 } else { model.len() }];
+        for (vertex, _) in &drives {
+            driven[*vertex] = true;
+        }
         let walls = settings.domain.as_ref().map(|domain| Walls::build(domain, settings.cell)).transpose()?;
-        Ok(Self { obstacles, pins, drives, walls })
+        Ok(Self { obstacles, pins, drives, driven, walls })
     }
 
     /// Poses everything at `time`.

@@ -10,9 +10,8 @@ impl YarnGroup {
     pub fn size(&self, cell: f64) -> (f64, f64) {
         let segment = self.segment_length.unwrap_or(0.5 * cell);
         let vertices = |length: f64| (length / segment).round().max(1.0) + 1.0;
-        let between = |from: &[f64], to: &[f64]| {
-            from.iter().zip(to).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
-        };
+        let between =
+            |from: &[f64], to: &[f64]| from.iter().zip(to).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
         let alike = |count: f64, length: f64| (count, count * vertices(length));
         match &self.shape {
             YarnShape::Line { from, to } => alike(1.0, between(from, to)),

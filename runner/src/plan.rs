@@ -121,7 +121,7 @@ pub struct Plan {
     pub components: Components,
     /// Components that the scene switches off.
     pub switched_off: Vec<Component>,
-    /// What happens in a scene of soft grains, which has none of the stages.
+    /// What happens in a scene of soft grains or of yarns, which have none of the stages.
     pub program: Vec<String>,
 }
 
@@ -145,6 +145,10 @@ impl Plan {
         let components = Components::of(scene);
         if scene.microgel.is_some() {
             let program = crate::microgel::schedule_of(scene).map_or(Vec::new(), |schedule| schedule.lines);
+            return Ok(Plan { stages: Vec::new(), components, switched_off: Vec::new(), program });
+        }
+        if scene.yarn.is_some() {
+            let program = crate::yarn::program(scene);
             return Ok(Plan { stages: Vec::new(), components, switched_off: Vec::new(), program });
         }
         let missing = |what, number: usize, help| NotThereYet { what, number, stage: STAGES[number].name, help };

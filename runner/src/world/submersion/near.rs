@@ -130,10 +130,11 @@ mod tests {
                 found.push(n.index);
                 sum += n.weight / 8.0;
             });
-            let expected = points.iter().filter(|p| lattice.displacement(&x, p).amax() < 0.15).count();
+            // the very edge of the kernel, where its value is round-off, may fall either way
+            let inside = |reach: f64| points.iter().filter(|p| lattice.displacement(&x, p).amax() < reach).count();
             found.sort_unstable();
             found.dedup();
-            assert_eq!(found.len(), expected);
+            assert!((inside(0.15 - 1e-9)..=inside(0.15 + 1e-9)).contains(&found.len()), "{}", found.len());
             assert!((sum - 1.0).abs() < 1e-9, "{sum}");
         }
     }

@@ -3,6 +3,7 @@
 //! ```text
 //! scene     text → Scene in SI, or a message that says what to write instead
 //! world     all state of strands and liquid; components are optional
+//! import    scenes of other programs → scene text
 //! microgel  soft grains in the rheometer, the other kind of scene
 //! plan      which stages this scene needs, and why
 //! stages    one file per stage of the algorithm
@@ -13,6 +14,7 @@
 //! report, picture   a page with plots and pictures
 //! ```
 
+pub mod import;
 pub mod microgel;
 pub mod picture;
 pub mod plan;

@@ -7,7 +7,7 @@
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use serde_json::{Map, Value, json};
 
@@ -125,6 +125,13 @@ pub enum RunError {
         /// The folder.
         folder: PathBuf,
     },
+    /// Another process is writing there.
+    #[error("another process is running in {folder}")]
+    #[diagnostic(help("wait for it to end or stop it, or use --out to write elsewhere"))]
+    InUse {
+        /// The folder.
+        folder: PathBuf,
+    },
     /// Nothing there to resume.
     #[error("{folder} holds no run to resume")]
     #[diagnostic(help("leave --resume out to start a new run there"))]
@@ -145,6 +152,9 @@ pub enum RunError {
     },
 }
 
+/// How long a run waits for another process to leave its folder: one that was asked to stop finishes its step first.
+const PATIENCE: Duration = Duration::from_secs(5);
+
 /// Carries out a run.
 ///
 /// # Errors
@@ -162,6 +172,11 @@ pub fn execute(
     let mut position = Position { frames: 0, checkpoints: 0, series_bytes: 0, timings_bytes: 0 };
     let mut from_start = true;
 
+    if options.resume && !folder.root().exists() {
+        return Err(RunError::NothingToResume { folder: folder.root().to_owned() });
+    }
+    let taken = folder.take(PATIENCE).map_err(io_error(folder.root().to_owned()))?;
+    let Some(_taken) = taken else { return Err(RunError::InUse { folder: folder.root().to_owned() }) };
     if options.resume && options.resume_from.is_none() && folder.holds_a_run() {
         if checkpoint::list(&folder.checkpoints()).is_empty() {
             observer.note("no checkpoint was written yet: starting again from the beginning");

@@ -14,3 +14,11 @@ pub fn arm() -> &'static AtomicBool {
     });
     &STOP
 }
+
+/// Raises the flag when standard input ends, which is when the process that holds its other end is gone.
+pub fn when_input_ends() {
+    std::thread::spawn(|| {
+        let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
+        STOP.store(true, Ordering::Relaxed);
+    });
+}

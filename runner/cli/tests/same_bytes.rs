@@ -111,3 +111,34 @@ fn a_branch_starts_where_its_checkpoint_was_and_goes_its_own_way() {
     assert!(summary.contains("\"completed\""));
     assert!(fs::read_to_string(branch.join("provenance.json")).unwrap().contains("branched_from"));
 }
+
+/// A batch that is killed takes its runs with it, and the same command goes on with them to the same bytes.
+#[cfg(unix)]
+#[test]
+fn a_killed_batch_goes_on_with_the_same_command() {
+    let dir = tempfile::tempdir().unwrap();
+    let scenes = dir.path().join("scenes");
+    fs::create_dir(&scenes).unwrap();
+    for (name, seed) in [("one.ron", 11), ("two.ron", 12), ("three.ron", 13)] {
+        scene(&scenes, name, &WISP.replace("seed: 11", &format!("seed: {seed}")));
+    }
+    let batch = |out: &Path| {
+        let mut command = viscose();
+        command.arg("batch").arg(&scenes).args(["-j", "2", "--no-report", "--out"]).arg(out);
+        command.stdout(Stdio::null()).stderr(Stdio::null());
+        command
+    };
+    let (whole, killed) = (dir.path().join("whole"), dir.path().join("killed"));
+    assert!(batch(&whole).status().unwrap().success());
+    let mut child = batch(&killed).spawn().unwrap();
+    if wait_for_series(&mut child, &killed.join("one"), 2) {
+        child.kill().unwrap();
+    }
+    child.wait().unwrap();
+    assert!(batch(&killed).status().unwrap().success());
+    for name in ["one", "two", "three"] {
+        assert_same_bytes(&whole.join(name), &killed.join(name));
+    }
+    let table = fs::read_to_string(killed.join("results.csv")).unwrap();
+    assert_eq!(table.matches(",completed,").count(), 3, "{table}");
+}

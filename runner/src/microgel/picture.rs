@@ -78,10 +78,13 @@ fn lines(name: &str, view: &Snapshot, grains: &[[f64; 3]], wanted: impl Fn(&Cont
     };
     for (contact, in_chain) in view.contacts.iter().zip(&view.in_chain).filter(|(contact, _)| wanted(contact)) {
         let (a, b) = (grains[contact.i as usize], grains[contact.j as usize]);
-        if contact.direct {
+        let apart = contact.separation.map(|s| s / MICROMETRES);
+        // grains may have wrapped since the contact was last found
+        let same = (0..2).all(|k| (b[k] - a[k] - apart[k]).abs() < 0.25 * view.height.min(view.width) / MICROMETRES);
+        if same {
             add(a, b, contact, *in_chain);
         } else {
-            let half = contact.separation.map(|s| 0.5 * s / MICROMETRES);
+            let half = apart.map(|s| 0.5 * s);
             add(a, [a[0] + half[0], a[1] + half[1], a[2]], contact, *in_chain);
             add(b, [b[0] - half[0], b[1] - half[1], b[2]], contact, *in_chain);
         }

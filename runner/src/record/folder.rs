@@ -3,6 +3,13 @@
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// The right to write into a run's folder.
+#[derive(Debug)]
+pub struct TakenFolder {
+    _file: fs::File,
+}
 
 /// Paths inside a run's folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -85,6 +92,25 @@ impl RunFolder {
         Ok(())
     }
 
+    /// Takes the folder for this process, creating it if need be; it is free again when the guard is dropped or the process
+    /// ends, however it ends. Waits up to `patience` for another process to leave.
+    ///
+    /// # Errors
+    /// When the file system refuses.
+    pub fn take(&self, patience: Duration) -> io::Result<Option<TakenFolder>> {
+        fs::create_dir_all(&self.root)?;
+        let file = fs::OpenOptions::new().create(true).truncate(false).write(true).open(self.root.join(".lock"))?;
+        let give_up = Instant::now() + patience;
+        loop {
+            match file.try_lock() {
+                Ok(()) => return Ok(Some(TakenFolder { _file: file })),
+                Err(fs::TryLockError::Error(error)) => return Err(error),
+                Err(fs::TryLockError::WouldBlock) if Instant::now() >= give_up => return Ok(None),
+                Err(fs::TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(50)),
+            }
+        }
+    }
+
     /// Creates the folder with its parts.
     ///
     /// # Errors
@@ -130,6 +156,18 @@ pub(super) fn new_file_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_folder_is_for_one_writer_at_a_time() {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = RunFolder::at(dir.path().join("run"));
+        let first = folder.take(Duration::ZERO).unwrap();
+        assert!(first.is_some());
+        assert!(folder.take(Duration::from_millis(60)).unwrap().is_none());
+        drop(first);
+        assert!(folder.take(Duration::ZERO).unwrap().is_some());
+        assert!(!folder.holds_a_run());
+    }
 
     #[test]
     fn clearing_removes_a_run_and_nothing_else() {

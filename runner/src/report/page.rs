@@ -33,6 +33,7 @@ pub(super) fn html(sections: &[Section]) -> String {
     );
     if sections.len() > 1 {
         overview(&mut page, sections);
+        rheology::study(&mut page, sections);
         rheology::comparison(&mut page, sections);
     }
     for (k, section) in sections.iter().enumerate() {

@@ -154,7 +154,7 @@ impl Batch {
 
     fn spawn(&self, scene: &Path, folder: &Path, threads: usize, same_scene: bool) -> std::io::Result<Child> {
         let mut command = Command::new(std::env::current_exe()?);
-        command.arg("run").arg(scene).arg("--out").arg(folder).arg("--json-progress");
+        command.arg("run").arg(scene).arg("--out").arg(folder).args(["--json-progress", "--stop-with-input"]);
         command.args(["--threads", &threads.to_string()]);
         let holds_a_run = runner::record::folder::RunFolder::at(folder).holds_a_run();
         match (holds_a_run, same_scene) {
@@ -168,7 +168,7 @@ impl Batch {
         if let Some(limit) = self.wall_limit {
             command.args(["--wall-limit", &limit.to_string()]);
         }
-        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()
     }
 }
 
@@ -182,6 +182,8 @@ fn next(queue: &Mutex<VecDeque<usize>>, stop: &AtomicBool) -> Option<usize> {
 
 /// Reads the child's progress until it ends. On Ctrl-C the terminal sends the signal to the child too: it stops by itself.
 fn follow(mut child: Child, bar: &ProgressBar, stop: &AtomicBool) -> (Option<i32>, String) {
+    // held open as long as this process lives: the child stops when it ends
+    let _held = child.stdin.take();
     let errors = child.stderr.take();
     let reader = std::thread::spawn(move || {
         let mut text = String::new();

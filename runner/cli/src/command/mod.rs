@@ -7,6 +7,7 @@ mod fit;
 mod import;
 mod material;
 mod plan;
+mod replay;
 mod report;
 mod run;
 mod schema;
@@ -33,8 +34,8 @@ pub enum Command {
     Import(import::Import),
     /// Solve one saved contact problem.
     Contact(contact::Contact),
-    /// Solve a problem again that a run could not solve.
-    Replay(contact::Replay),
+    /// Try again what a run could not do: a saved state or a contact problem.
+    Replay(replay::Replay),
     /// Write a page with plots and pictures of one or more runs.
     Report(report::Report),
     /// Show a liquid in numbers, with its flow curve.

@@ -1,6 +1,6 @@
 //! `viscose run SCENE`: one scene from start to summary.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use miette::{IntoDiagnostic, WrapErr};
@@ -41,13 +41,19 @@ pub struct Run {
     /// Solve every so many steps' contact problem again with an independent solver and record the difference.
     #[arg(long, value_name = "STEPS")]
     pub cross_check: Option<u64>,
+    /// Write the page with plots and pictures when the run has ended.
+    #[arg(long)]
+    pub report: bool,
     /// Print progress as JSON lines on standard output.
     #[arg(long)]
     pub json_progress: bool,
+    /// Stop with a checkpoint when standard input ends: a batch that is killed takes its runs with it.
+    #[arg(long, hide = true)]
+    pub stop_with_input: bool,
 }
 
 /// The default folder of a scene's results: `out/NAME` for `NAME.ron`.
-pub fn default_out(scene: &std::path::Path) -> PathBuf {
+pub fn default_out(scene: &Path) -> PathBuf {
     PathBuf::from("out").join(scene.file_stem().unwrap_or_default())
 }
 
@@ -81,21 +87,37 @@ impl Run {
         };
         let outcome = {
             let mut observer = progress::observer(self.json_progress, &title);
-            runner::run::execute(job, &options, observer.as_mut(), stop::arm())?
+            let stop = stop::arm();
+            if self.stop_with_input {
+                stop::when_input_ends();
+            }
+            runner::run::execute(job, &options, observer.as_mut(), stop)?
         };
-        Ok(tell(&outcome, self.json_progress))
+        let page = if self.report { Some(page(&outcome)?) } else { None };
+        Ok(tell(&outcome, page.as_deref(), self.json_progress))
     }
 }
 
+/// Writes the page of a run that has ended, whichever way.
+fn page(outcome: &RunOutcome) -> miette::Result<PathBuf> {
+    let page = outcome.folder.join("report.html");
+    runner::report::write(std::slice::from_ref(&outcome.folder), &page)?;
+    Ok(page)
+}
+
 /// Says how a run ended, in a few lines.
-fn tell(outcome: &RunOutcome, json: bool) -> Exit {
+fn tell(outcome: &RunOutcome, page: Option<&Path>, json: bool) -> Exit {
     let figure = |name: &str| outcome.summary.get(name).map(ToString::to_string).unwrap_or_default();
     let folder = outcome.folder.display();
     match &outcome.ending {
         Ending::Completed => {
             if !json {
+                let shown = match page {
+                    Some(page) => format!("open {}", page.display()),
+                    None => format!("`viscose report {folder}` shows them"),
+                };
                 println!(
-                    "done: {} steps ({} rejected) in {:.1} s; results in {folder}, `viscose report {folder}` shows them",
+                    "done: {} steps ({} rejected) in {:.1} s; results in {folder}, {shown}",
                     figure("steps"),
                     figure("rejected_steps"),
                     outcome.summary.get("seconds").and_then(serde_json::Value::as_f64).unwrap_or(0.0),
@@ -121,7 +143,7 @@ fn tell(outcome: &RunOutcome, json: bool) -> Exit {
 }
 
 /// Reads a JSON file.
-pub fn read_json(path: &std::path::Path) -> miette::Result<serde_json::Value> {
+pub fn read_json(path: &Path) -> miette::Result<serde_json::Value> {
     let text = std::fs::read_to_string(path).into_diagnostic().wrap_err_with(|| path.display().to_string())?;
     serde_json::from_str(&text).into_diagnostic().wrap_err_with(|| path.display().to_string())
 }

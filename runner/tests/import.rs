@@ -155,7 +155,9 @@ fn what_cannot_be_used_is_refused_with_its_place() {
     ];
     for (name, sound, fault) in faults {
         assert!(SOUND.contains(sound), "{name}");
-        let text = SOUND.replacen(sound, fault, 1).replace("</scene>", if name == "no_scene" { "</scenery>" } else { "</scene>" });
+        let text = SOUND
+            .replacen(sound, fault, 1)
+            .replace("</scene>", if name == "no_scene" { "</scenery>" } else { "</scene>" });
         let error = import_str(&text).err().unwrap_or_else(|| panic!("{name} is refused"));
         for problem in &error.problems {
             assert!(problem.line > 0, "{name}: `{problem}` has no place");
@@ -177,8 +179,26 @@ fn mutated_files_are_refused_or_imported() {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 33) as usize % below.max(1)
     };
-    let scraps =
-        ["-1", "0", "1e300", "-1e-300", "nan", "1e9", "99999999999", "\"", "<", ">", "/", "&", " ", "é", "7", "3", "<a/>", "=\"\""];
+    let scraps = [
+        "-1",
+        "0",
+        "1e300",
+        "-1e-300",
+        "nan",
+        "1e9",
+        "99999999999",
+        "\"",
+        "<",
+        ">",
+        "/",
+        "&",
+        " ",
+        "é",
+        "7",
+        "3",
+        "<a/>",
+        "=\"\"",
+    ];
     let mut accepted = 0;
     for round in 0..1500 {
         let mut text = texts[round % texts.len()].clone();
@@ -219,7 +239,12 @@ fn a_big_file_is_imported_in_seconds() {
     let mut text = String::from(SOUND.split("  <particle").next().unwrap());
     for strand in 0..1000 {
         for vertex in 0..80 {
-            let _ = writeln!(text, "  <particle x=\"{} {} 0\" v=\"0 0 0\" fixed=\"0\" group=\"0\"/>", 0.05 * f64::from(vertex), strand);
+            let _ = writeln!(
+                text,
+                "  <particle x=\"{} {} 0\" v=\"0 0 0\" fixed=\"0\" group=\"0\"/>",
+                0.05 * f64::from(vertex),
+                strand
+            );
         }
     }
     for strand in 0..1000 {

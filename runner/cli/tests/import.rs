@@ -26,7 +26,8 @@ fn an_imported_scene_is_written_checked_and_not_overwritten() {
     // without --out it is named after the file, in the working folder; `-` prints it
     let written = viscose().args(["import", source.to_str().unwrap(), "--out", "-"]).output().unwrap();
     assert_eq!(String::from_utf8_lossy(&written.stdout), fs::read_to_string(&out).unwrap());
-    let here = viscose().current_dir(dir.path().join("")).args(["import", source.to_str().unwrap(), "--force"]).output();
+    let here =
+        viscose().current_dir(dir.path().join("")).args(["import", source.to_str().unwrap(), "--force"]).output();
     assert_eq!(here.unwrap().status.code(), Some(0));
 }
 

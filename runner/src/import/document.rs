@@ -7,7 +7,7 @@ use super::notes::{Heading, Notes};
 use super::stream;
 use crate::scene::error::{Problem, ProblemKind, SourceFile, nearest};
 use crate::scene::tree::Span;
-use roxmltree::{ParsingOptions, Node as XmlNode};
+use roxmltree::{Node as XmlNode, ParsingOptions};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::PathBuf;
@@ -98,7 +98,11 @@ impl<'i> Document<'i> {
                 let said = error.to_string();
                 // the place is shown beside the message
                 let said = said.rsplit_once(" at ").map_or(said.as_str(), |(before, _)| before);
-                Err(refuse(start, format!("this is not XML: {said}"), "scenes of the C++ code are `<scene> … </scene>`"))
+                Err(refuse(
+                    start,
+                    format!("this is not XML: {said}"),
+                    "scenes of the C++ code are `<scene> … </scene>`",
+                ))
             }
         }
     }
@@ -163,7 +167,12 @@ impl<'i> Document<'i> {
             let owner = parent.tag_name().name();
             let path = if owner == "scene" { name.to_owned() } else { format!("{owner}/{name}") };
             if node.is_text() && read(parent) && node.text().is_some_and(|text| !text.trim().is_empty()) {
-                self.note(Heading::Ignored, span_of(node.range()), format!("text inside {owner}"), "values stand in attributes");
+                self.note(
+                    Heading::Ignored,
+                    span_of(node.range()),
+                    format!("text inside {owner}"),
+                    "values stand in attributes",
+                );
             }
             if !node.is_element() || !read(parent) {
                 continue;
@@ -172,11 +181,7 @@ impl<'i> Document<'i> {
             if !read(node) {
                 let first = account.first_only.contains(&(parent.id().get_usize(), name.to_owned()));
                 let asked = account.asked_elements.get(owner);
-                let why = if first {
-                    "only the first of its name counts".to_owned()
-                } else {
-                    meant(name, asked)
-                };
+                let why = if first { "only the first of its name counts".to_owned() } else { meant(name, asked) };
                 self.note(Heading::Ignored, span, path + &shown_value(node), why);
                 continue;
             }

@@ -124,7 +124,8 @@ mod tests {
         let swing = script(Progress::Cosine(2.0, 3.0), [0.2, 0.3]);
         assert!(travel(&swing, 0.0).abs() < 1e-6);
         for corner in [0.7, 1.7, 0.5, 2.0] {
-            let (before, after) = (speed(&swing, 0.0, corner - 1e-9, 0.1, 0.0), speed(&swing, 0.0, corner + 1e-9, 0.1, 0.0));
+            let (before, after) =
+                (speed(&swing, 0.0, corner - 1e-9, 0.1, 0.0), speed(&swing, 0.0, corner + 1e-9, 0.1, 0.0));
             assert!((before - after).abs() < 1e-4, "{corner}: {before} {after}");
         }
     }

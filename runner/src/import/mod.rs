@@ -80,12 +80,7 @@ pub fn import(path: &Path, folder: &Path, options: &ImportOptions) -> Result<Imp
 ///
 /// # Errors
 /// As [`import`].
-pub fn import_text(
-    text: &str,
-    path: &Path,
-    folder: &Path,
-    options: &ImportOptions,
-) -> Result<Imported, SceneError> {
+pub fn import_text(text: &str, path: &Path, folder: &Path, options: &ImportOptions) -> Result<Imported, SceneError> {
     let name = path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned());
     let fail = |problems: Vec<Problem>| SceneError::new(path.display().to_string(), problems);
     let document = Document::parse(text, &name).map_err(|problem| fail(vec![problem]))?;
@@ -115,19 +110,14 @@ pub fn import_text(
 }
 
 /// What our own reader says of the new scene, at the places of the XML that it comes from.
-fn complaints(
-    text: &str,
-    tree: &Node,
-    folder: &Path,
-    document: &Document<'_>,
-    notes: &Notes,
-) -> Vec<Problem> {
+fn complaints(text: &str, tree: &Node, folder: &Path, document: &Document<'_>, notes: &Notes) -> Vec<Problem> {
     let Err(error) = crate::scene::load_str(text, folder.join("imported.ron"), &[]) else { return Vec::new() };
     let missing = |problem: &Problem| problem.kind == ProblemKind::File && notes.any_missing();
     let moved = |problem: Problem| {
         let span = place(tree, &problem.path);
         let path = problem.path.clone();
-        let message = if path.is_empty() { problem.message } else { format!("{} (`{path}` of the scene)", problem.message) };
+        let message =
+            if path.is_empty() { problem.message } else { format!("{} (`{path}` of the scene)", problem.message) };
         let moved = Problem::new(problem.kind, message, span, document.files());
         moved.help(problem.help.unwrap_or_default())
     };

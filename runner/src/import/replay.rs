@@ -33,7 +33,7 @@ pub struct Key {
 }
 
 /// More steps than this are not replayed.
-pub const MAX_STEPS: f64 = 2e6;
+pub const MAX_STEPS: f64 = 2e5;
 
 /// The unit axis of a turn, or `None` where it has no direction.
 #[must_use]
@@ -64,7 +64,8 @@ pub fn replay(scripts: &[&Script], place: Vector3<f64>, body: Body, dt: f64, end
     let still = Key { time: 0.0, translation: Vector3::zeros(), rotation: Vector3::zeros(), scale: now.scale };
     let mut keys = vec![still];
     let mut time = 0.0;
-    while time <= end {
+    let last = scripts.iter().map(|(script, _)| script.during[1]).fold(0.0, f64::max).min(end);
+    while time <= last {
         time += dt;
         let mut before = State { position: now.position, rotation: now.rotation, scale: now.scale };
         for (script, travelled) in &mut scripts {
@@ -109,9 +110,8 @@ pub fn replay(scripts: &[&Script], place: Vector3<f64>, body: Body, dt: f64, end
                 }
                 Kind::Scale => {
                     before.scale = now.scale;
-                    let factors = Vector3::from(script.vector).map(|factor| {
-                        (speed(script, factor.max(1e-300).ln(), time + dt, dt, 0.0) * dt).exp()
-                    });
+                    let factors = Vector3::from(script.vector)
+                        .map(|factor| (speed(script, factor.max(1e-300).ln(), time + dt, dt, 0.0) * dt).exp());
                     now.scale.component_mul_assign(&factors);
                     if script.global {
                         before.position = now.position;

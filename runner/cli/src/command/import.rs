@@ -30,7 +30,8 @@ pub struct Import {
 impl Import {
     /// Imports the scene; exit code 1 where it is written but a file that it needs is missing.
     pub fn run(self) -> miette::Result<Exit> {
-        let out = self.out.unwrap_or_else(|| Path::new(self.file.file_name().unwrap_or_default()).with_extension("ron"));
+        let out =
+            self.out.unwrap_or_else(|| Path::new(self.file.file_name().unwrap_or_default()).with_extension("ron"));
         let prints = out.as_os_str() == "-";
         if !prints && out.exists() && !self.force {
             return Err(miette::miette!(

@@ -196,11 +196,9 @@ fn shape(element: &Element<'_, '_>) -> Option<Shape> {
             Shape::Box { half, rounding: rounding("radius") }
         }
         "capsule" => Shape::Capsule { radius: size("radius"), half_length: size("halflength") },
-        "cylinder" => Shape::Cylinder {
-            radius: size("radius"),
-            half_length: size("halflength"),
-            rounding: rounding("corner"),
-        },
+        "cylinder" => {
+            Shape::Cylinder { radius: size("radius"), half_length: size("halflength"), rounding: rounding("corner") }
+        }
         "file" => {
             let Some(file) = element.text("filename").filter(|file| !file.value.trim().is_empty()) else {
                 document.note(Heading::Ignored, element.span(), "distancefield of type file without filename", "");
@@ -242,6 +240,12 @@ fn emission(element: &Element<'_, '_>, end: f64) -> Emission {
             Sited { value: otherwise, span: element.span() }
         }
     };
+    for name in ["evx", "evy", "evz"] {
+        if element.text(name).is_none() {
+            let what = format!("emit without `{name}`");
+            document.note(Heading::Fault, element.span(), what, "taken as 0; the original takes whatever is in memory");
+        }
+    }
     let emission = Emission {
         span: element.span(),
         during: [time("start", 0.0), time("end", end)],

@@ -128,6 +128,11 @@ impl LiquidInfo {
             shear: flag_or(section, "solveViscosity", true),
             correction_step: whole("correctionStep"),
         };
+        if info.particle_spacing.value <= 0.0 {
+            let message = format!("particleCellMultiplier must be above 0, found {}", info.particle_spacing.value);
+            let help = "it is the distance of particles in cells, usually 0.25";
+            document.problem(ProblemKind::OutOfRange, info.particle_spacing.span, message, help);
+        }
         list(section, Heading::NotHonoured, NOT_HONOURED);
         list(section, Heading::Machinery, MACHINERY);
         let only = |name, usual, otherwise| {
@@ -160,8 +165,17 @@ fn components(section: Option<&Element<'_, '_>>, document: &Document<'_>) -> Vec
     let columns = OWN.map(|(name, default)| column(section, document, name, default, count));
     (0..count)
         .map(|i| {
-            let [density, bulk_modulus, shear_modulus, yield_stress, consistency, index, surface_tension, tearing_strain, recovery_time] =
-                [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|property: usize| columns[property][i]);
+            let [
+                density,
+                bulk_modulus,
+                shear_modulus,
+                yield_stress,
+                consistency,
+                index,
+                surface_tension,
+                tearing_strain,
+                recovery_time,
+            ] = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|property: usize| columns[property][i]);
             Component {
                 density,
                 bulk_modulus,
@@ -205,7 +219,8 @@ fn column(
         match (values.get_mut(i), part.number("value")) {
             (Some(place), Some(number)) => *place = number,
             (None, _) => {
-                let message = format!("liquidinfo/{name} has {} components, but there are {count} liquids", parts.len());
+                let message =
+                    format!("liquidinfo/{name} has {} components, but there are {count} liquids", parts.len());
                 document.problem(ProblemKind::Inconsistent, part.span(), message, "set numComponents");
                 break;
             }

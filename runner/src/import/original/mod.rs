@@ -78,7 +78,13 @@ impl Original {
 }
 
 /// Reads a parameter that becomes part of the scene; where it is absent its default is noted.
-fn number_or(section: Option<&Element<'_, '_>>, document: &Document<'_>, place: &str, name: &str, default: f64) -> Number {
+fn number_or(
+    section: Option<&Element<'_, '_>>,
+    document: &Document<'_>,
+    place: &str,
+    name: &str,
+    default: f64,
+) -> Number {
     let given = section.and_then(|element| element.parameter_number(name));
     given.unwrap_or_else(|| {
         document.assumed(place, name, default);

@@ -124,7 +124,12 @@ fn script(element: &Element<'_, '_>, end: f64) -> Option<Script> {
     let largest = read.vector.iter().chain(&read.during).chain([&read.angle]).fold(0.0, |a: f64, b| a.max(b.abs()));
     if largest > 1e12 {
         let message = format!("a script with the number {largest:e}");
-        document.problem(ProblemKind::OutOfRange, element.span(), message, "lengths are in cm, times in s, angles in rad");
+        document.problem(
+            ProblemKind::OutOfRange,
+            element.span(),
+            message,
+            "lengths are in cm, times in s, angles in rad",
+        );
         return None;
     }
     if read.group.value < 0 {

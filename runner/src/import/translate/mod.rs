@@ -9,11 +9,12 @@ mod strands;
 mod wet;
 
 use super::ImportOptions;
-use super::document::Document;
+use super::document::{Document, Sited};
 use super::original::Original;
 use super::original::fields::Usage;
 use super::ron;
 use crate::scene::tree::{Node, Span};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Everything that the parts of a translation share.
@@ -30,6 +31,8 @@ pub(super) struct Translation<'a, 'i> {
     pub folder: PathBuf,
     /// Motions by name, as they were needed.
     motions: Vec<(String, Node)>,
+    /// Of every group whose vertices were asked for: the motion, and when it is let go.
+    held_groups: BTreeMap<i64, (Option<Node>, Option<Sited<f64>>)>,
 }
 
 /// Translates a whole scene. Problems and notes go to the document.
@@ -40,7 +43,8 @@ pub(super) fn translate(
     source: &Path,
     folder: PathBuf,
 ) -> Node {
-    let mut translation = Translation { document, original, options, source, folder, motions: Vec::new() };
+    let mut translation =
+        Translation { document, original, options, source, folder, motions: Vec::new(), held_groups: BTreeMap::new() };
     translation.scene()
 }
 

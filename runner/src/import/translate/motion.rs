@@ -81,7 +81,7 @@ impl Translation<'_, '_> {
     }
 
     /// When a switch lets the held vertices of a group go; switches that do something else are noted.
-    pub(super) fn released(&self, group: i64) -> Option<Sited<f64>> {
+    fn released(&self, group: i64) -> Option<Sited<f64>> {
         let mut switches: Vec<&Script> =
             self.original.scripts.iter().filter(|s| s.kind == Kind::Switch && s.group.value == group).collect();
         switches.sort_by(|a, b| a.during[0].total_cmp(&b.during[0]));
@@ -117,9 +117,15 @@ impl Translation<'_, '_> {
             .map_or(Vector3::zeros(), |field| Vector3::from(field.center.value))
     }
 
-    /// The motion of the held vertices of a group, by name.
-    pub(super) fn motion_of_vertices(&mut self, group: i64) -> Option<Node> {
-        self.motion(group, Body::Vertices, &format!("group {group}"))
+    /// The motion of the held vertices of a group, by name, and when they are let go.
+    pub(super) fn motion_of_vertices(&mut self, group: i64) -> (Option<Node>, Option<Sited<f64>>) {
+        if let Some(known) = self.held_groups.get(&group) {
+            return known.clone();
+        }
+        let motion = self.motion(group, Body::Vertices, &format!("group {group}"));
+        let found = (motion, self.released(group));
+        self.held_groups.insert(group, found.clone());
+        found
     }
 
     /// The motion of a solid or source, by name.
@@ -140,7 +146,9 @@ impl Translation<'_, '_> {
             .scripts
             .iter()
             .filter(|script| script.group.value == group && script.kind != Kind::Switch)
-            .filter(|script| script.kind == Kind::Scale || script.kind == Kind::Translate || unit_axis(script.vector).is_some())
+            .filter(|script| {
+                script.kind == Kind::Scale || script.kind == Kind::Translate || unit_axis(script.vector).is_some()
+            })
             .filter(|script| script.during[0] < self.original.run.end.value)
             .collect();
         let scripts: Vec<&Script> = scripts.into_iter().filter(|script| self.scale_is_sound(script, body)).collect();
@@ -197,7 +205,12 @@ impl Translation<'_, '_> {
         let (dt, end) = (run.step.value, run.end.value);
         if !(end / dt <= MAX_STEPS) {
             let message = format!("{:.1e} steps of {dt} s are too many to follow its scripts step by step", end / dt);
-            self.document.problem(ProblemKind::TooLarge, run.step.span, message, "make `dt` larger or `duration` shorter");
+            self.document.problem(
+                ProblemKind::TooLarge,
+                run.step.span,
+                message,
+                "make `dt` larger or `duration` shorter",
+            );
             return None;
         }
         let keys = replay(scripts, self.place(group), body, dt, end);
@@ -251,7 +264,8 @@ impl Translation<'_, '_> {
         let turns = |script: &Script| matches!(script.kind, Kind::Rotate | Kind::Swirl);
         let clash = |a: &Script, b: &Script| {
             let simple = |s: &Script| !displaces(s);
-            let apart = simple(a) && simple(b) && !(turns(a) && turns(b) && (a.vector != b.vector || a.global != b.global));
+            let apart =
+                simple(a) && simple(b) && !(turns(a) && turns(b) && (a.vector != b.vector || a.global != b.global));
             overlap(a, b) && !apart
         };
         for (i, script) in scripts.iter().enumerate() {

@@ -19,7 +19,12 @@ impl Translation<'_, '_> {
         } else {
             if self.is_wet() && self.has_sources() {
                 let why = "a step that liquid crosses too fast is halved; the original cuts it beforehand";
-                self.document.note(Heading::Changed, run.step.span, format!("integrator: dt = {}", run.step.value), why);
+                self.document.note(
+                    Heading::Changed,
+                    run.step.span,
+                    format!("integrator: dt = {}", run.step.value),
+                    why,
+                );
             }
             ron::wrap("Fixed", ron::number(run.step))
         };
@@ -68,11 +73,9 @@ impl Translation<'_, '_> {
         let mut off = Vec::new();
         if self.is_wet() {
             let strands = !self.original.hairs.is_empty() || !self.original.objects.is_empty();
-            for (flag, name) in [
-                (liquid.capture, "Capture"),
-                (liquid.drag, "Drag"),
-                (liquid.volume_fraction, "VolumeFraction"),
-            ] {
+            for (flag, name) in
+                [(liquid.capture, "Capture"), (liquid.drag, "Drag"), (liquid.volume_fraction, "VolumeFraction")]
+            {
                 if strands && !flag.value {
                     off.push(name);
                 }

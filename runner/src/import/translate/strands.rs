@@ -59,7 +59,12 @@ impl Translation<'_, '_> {
         let mut fibres = Vec::new();
         for (index, set) in self.original.parameters.iter().enumerate() {
             if !used.contains(&i64::try_from(index).unwrap_or(-1)) {
-                self.document.note(Heading::Ignored, set.span, format!("StrandParameters {index}"), "no strand has them");
+                self.document.note(
+                    Heading::Ignored,
+                    set.span,
+                    format!("StrandParameters {index}"),
+                    "no strand has them",
+                );
                 continue;
             }
             let mut fields = vec![
@@ -143,10 +148,7 @@ impl Translation<'_, '_> {
     /// A group of strands that are alike in their vertices.
     fn group(&mut self, span: Span, index: usize, shape: Node, placement: Option<Node>, vertices: &[Vertex]) -> Node {
         let set = &self.original.parameters[index];
-        let mut fields = vec![
-            ("material", ron::text(&self.fibre_name(index))),
-            ("radius", ron::number(set.radius)),
-        ];
+        let mut fields = vec![("material", ron::text(&self.fibre_name(index))), ("radius", ron::number(set.radius))];
         if let Some(second) = set.second_radius.filter(|second| second.value != set.radius.value) {
             fields.push(("second_radius", ron::number(second)));
             let why = "the first director is chosen by the program; `director` sets it";
@@ -199,8 +201,7 @@ impl Translation<'_, '_> {
         }
         let mut clamps = Vec::new();
         for (group, held) in parts {
-            let motion = self.motion_of_vertices(group);
-            let until = self.released(group);
+            let (motion, until) = self.motion_of_vertices(group);
             // runs of edges whose ends and twist are held
             let mut runs: Vec<Vec<usize>> = Vec::new();
             let mut free: Vec<usize> = Vec::new();
@@ -297,7 +298,8 @@ impl Translation<'_, '_> {
         let mut vertices = vec![blank; count];
         let mut settings: Vec<(Span, i64, i64)> = object.film.iter().map(|r| (r.span, r.start, r.end)).collect();
         settings.extend(object.fixed.iter().map(|r| (r.span, r.start, r.end)));
-        if let Some((span, _, end)) = settings.into_iter().find(|(_, _, end)| usize::try_from(*end).is_ok_and(|e| e >= count))
+        if let Some((span, _, end)) =
+            settings.into_iter().find(|(_, _, end)| usize::try_from(*end).is_ok_and(|e| e >= count))
         {
             let message = format!("vertex {end} of strands with {count} vertices (0 to {})", count.saturating_sub(1));
             self.document.problem(ProblemKind::Inconsistent, span, message, "the original writes past the strand here");

@@ -52,6 +52,11 @@ study AMPLITUDES="0.05 0.2 1" FRICTIONS="0.01 1" PACKINGS="1 1.5 2" REMOVED="0" 
 validate *CASES:
     {{viscose}} validate {{CASES}}
 
+# imported scenes of the C++ code beside its recordings (VISCOSE_REFERENCE names their folder); tables and figures in one page
+against-reference *ARGS:
+    mkdir -p out
+    {{viscose}} validate reference-code --threads 1 --report out/against-reference.html {{ARGS}}
+
 # a page with plots and pictures: just report out/cantilever
 report +DIRS:
     {{viscose}} report {{DIRS}}

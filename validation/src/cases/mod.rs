@@ -6,6 +6,7 @@ pub mod contact;
 pub mod film;
 pub mod granular;
 pub mod liquid;
+pub mod reference_code;
 pub mod rods;
 pub mod yarn;
 
@@ -19,6 +20,7 @@ pub fn all() -> Vec<Case> {
         film::cases(),
         granular::cases(),
         liquid::cases(),
+        reference_code::cases(),
         rods::cases(),
         yarn::cases(),
         crate::hard::cases(),

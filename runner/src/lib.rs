@@ -6,7 +6,6 @@
 //! microgel  soft grains in the rheometer, another kind of scene
 //! yarn      yarns on a grid, the third kind of scene
 //! import    scenes of other programs → scene text
-//! microgel  soft grains in the rheometer, the other kind of scene
 //! plan      which stages this scene needs, and why
 //! stages    one file per stage of the algorithm
 //! system    the trait that strands and liquid, yarns and microgels share

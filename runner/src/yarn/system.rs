@@ -138,6 +138,10 @@ impl<const D: usize> System for YarnScene<D> {
         Ok(())
     }
 
+    fn is_small(&self) -> bool {
+        self.system.is_small()
+    }
+
     fn iterations(&self) -> usize {
         self.report.as_ref().map_or(0, |report| report.cg_iterations.max(report.substeps))
     }

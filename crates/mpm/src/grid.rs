@@ -44,8 +44,8 @@ pub struct CellFields {
 
 /// A face tied to another one by a wall: `velocity = ratio × velocity(source) + offset`.
 ///
-/// Stress sees the tied face through the ratio; inertia, body force and pressure see only its carried mass, so that liquid at
-/// rest between walls stays at rest.
+/// All forces on the tied face act on the one it follows through the ratio: the motions that obey the ties are a subspace, and
+/// the balance of momentum is that of this subspace.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WallTie {
     /// Direction of the face normal.
@@ -56,11 +56,6 @@ pub struct WallTie {
     pub source: u32,
     /// Factor on the source.
     pub ratio: f64,
-    /// Share of mass, body force and pressure of the tied face that acts on the source: the ratio where it is positive.
-    pub carried: f64,
-    /// Share of the momentum of the tied face that joins the source: one at a wall that lets the liquid slip, zero where it
-    /// sticks or where the wall stands across the direction.
-    pub merged: f64,
     /// What is added [m/s].
     pub offset: f64,
 }

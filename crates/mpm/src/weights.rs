@@ -219,8 +219,6 @@ fn tie<const D: usize, S: Solid<D>>(
         face: node as u32,
         source: NONE,
         ratio: 0.0,
-        carried: 0.0,
-        merged: 0.0,
         offset: wall.velocity[axis],
     };
     let mut source = node as u32;
@@ -239,7 +237,7 @@ fn tie<const D: usize, S: Solid<D>>(
             let mirrored = wall.distance / gap;
             let ratio = hold * mirrored + (1.0 - hold);
             let offset = hold * (1.0 - mirrored) * wall.velocity[axis];
-            return Some(WallTie { source, ratio, carried: ratio.max(0.0), merged: 1.0 - hold, offset, ..prescribed });
+            return Some(WallTie { source, ratio, offset, ..prescribed });
         }
     }
     Some(prescribed)

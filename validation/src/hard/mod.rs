@@ -6,6 +6,7 @@
 
 mod scene_run;
 mod strands;
+mod yarn;
 
 use crate::case::{Case, Param};
 
@@ -18,5 +19,7 @@ pub(crate) const OVERRIDE: &[Param] =
 /// The hard scenes as cases.
 #[must_use]
 pub fn cases() -> Vec<Case> {
-    strands::cases()
+    let mut cases = strands::cases();
+    cases.extend(yarn::cases());
+    cases
 }

@@ -5,7 +5,7 @@
 
 use super::notes::{Heading, Notes};
 use super::stream;
-use crate::scene::error::{Problem, ProblemKind, SourceFile, nearest};
+use crate::scene::error::{Problem, ProblemKind, SourceFile};
 use crate::scene::tree::Span;
 use roxmltree::{Node as XmlNode, ParsingOptions};
 use std::cell::RefCell;
@@ -140,6 +140,11 @@ impl<'i> Document<'i> {
         self.notes.borrow_mut().assumed(section, name, value);
     }
 
+    /// Forgets the values taken for a section that does not matter after all.
+    pub fn forget_assumed(&self, section: &str) {
+        self.notes.borrow_mut().forget_assumed(section);
+    }
+
     /// Records something that makes the file unusable.
     pub fn problem(&self, kind: ProblemKind, span: Span, message: impl Into<String>, help: impl Into<String>) {
         self.problems.borrow_mut().push(Problem::new(kind, message, span, &self.files).help(help));
@@ -196,10 +201,17 @@ impl<'i> Document<'i> {
     }
 }
 
-/// `did the author mean …?`, if one of the names that are read is near.
+/// The name that was perhaps meant: another spelling of it, or its beginning.
 fn meant(name: &str, asked: Option<&BTreeSet<String>>) -> String {
-    let asked = asked.map(|names| names.iter().map(String::as_str).collect::<Vec<_>>()).unwrap_or_default();
-    nearest(name, asked).map_or(String::new(), |near| format!("the reader knows `{near}`"))
+    let plain = |text: &str| text.to_lowercase().replace(['_', '-'], "");
+    let found = plain(name);
+    let near = |known: &&String| {
+        let known = plain(known);
+        let slips = strsim::damerau_levenshtein(&found, &known);
+        slips <= 1 + usize::from(found.len() > 8) && found.len() > 3 || known.len() > 6 && found.starts_with(&known)
+    };
+    let meant = asked.and_then(|names| names.iter().find(near));
+    meant.map_or(String::new(), |known| format!("the reader knows `{known}`"))
 }
 
 /// The value of a parameter element, for the list.

@@ -99,6 +99,11 @@ impl Notes {
         }
     }
 
+    /// Forgets the values taken for a section that does not matter after all.
+    pub fn forget_assumed(&mut self, section: &str) {
+        self.defaults.remove(section);
+    }
+
     /// The notes under a heading, in the order of the file.
     #[must_use]
     pub fn under(&self, heading: Heading) -> Vec<&Note> {

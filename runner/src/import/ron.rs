@@ -43,6 +43,9 @@ pub fn plain_vector(values: [f64; 3]) -> Node {
 
 /// A direction: `X`, `Y`, `Z`, or its three numbers.
 pub fn axis(values: [f64; 3]) -> Node {
+    let largest = values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    // what turning left of a zero
+    let values = values.map(|x| if x.abs() < 1e-15 * largest { 0.0 } else { x });
     match values {
         [1.0, 0.0, 0.0] => name("X"),
         [0.0, 1.0, 0.0] => name("Y"),

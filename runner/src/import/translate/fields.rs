@@ -22,7 +22,8 @@ impl Translation<'_, '_> {
         let switches = &self.original.switches;
         let (mine, theirs) = (switches.strand_friction, switches.solid_friction);
         // a pair takes the geometric mean of its coefficients
-        let friction = if theirs.value == 0.0 || mine.value == 0.0 { 0.0 } else { theirs.value.powi(2) / mine.value };
+        let exact = if theirs.value == 0.0 || mine.value == 0.0 { 0.0 } else { theirs.value.powi(2) / mine.value };
+        let friction: f64 = format!("{exact:.12e}").parse().unwrap_or(exact);
         if theirs.value != 0.0 && mine.value == 0.0 {
             let what = format!("hairMeshFrictionCoefficient = {}", theirs.value);
             let why = "a pair takes the geometric mean of both sides, and strands have none";

@@ -51,6 +51,10 @@ pub(super) fn translate(
 impl Translation<'_, '_> {
     fn scene(&mut self) -> Node {
         self.check_groups();
+        if !self.is_wet() && !self.films_wanted() {
+            self.document.forget_assumed("liquidinfo");
+            self.document.forget_assumed("bucketinfo");
+        }
         let title = self.source.file_stem().map_or(String::new(), |stem| stem.to_string_lossy().into_owned());
         let strands = self.strands();
         let solids = self.solids();

@@ -66,6 +66,11 @@ fn contacts_agree_with_their_references() {
 }
 
 #[test]
+fn strands_and_liquid_agree_with_their_references() {
+    group("coupled");
+}
+
+#[test]
 fn liquids_agree_with_their_references() {
     group("liquid");
 }

@@ -3,6 +3,7 @@
 //! Each group is a module with `cases()`; a new group adds its line here.
 
 pub mod contact;
+pub mod coupled;
 pub mod film;
 pub mod granular;
 pub mod liquid;
@@ -17,6 +18,7 @@ use crate::case::Case;
 pub fn all() -> Vec<Case> {
     let groups: Vec<Vec<Case>> = vec![
         contact::cases(),
+        coupled::cases(),
         film::cases(),
         granular::cases(),
         liquid::cases(),

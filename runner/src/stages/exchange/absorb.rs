@@ -25,7 +25,8 @@ pub(super) fn run(hands: &mut Hands<'_>) {
             let surplus = (area - keeps).max(0.0) * length;
             let placed = give(hands, strand, i, v, material, surplus);
             if placed > 0.0 {
-                hands.films.state.area[v] = if placed == area * length { 0.0 } else { (area - placed / length).max(0.0) };
+                hands.films.state.area[v] =
+                    if placed == area * length { 0.0 } else { (area - placed / length).max(0.0) };
                 if hands.films.state.area[v] == 0.0 {
                     hands.films.state.log_strain[v] = 0.0;
                 }

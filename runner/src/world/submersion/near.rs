@@ -117,11 +117,17 @@ mod tests {
         for i in 0..24 {
             for j in -6..12 {
                 for k in -6..12 {
-                    points.push(Vector::<3>::new(0.03 + 0.05 * f64::from(i) + 0.025, 0.05 * f64::from(j), 0.05 * f64::from(k)));
+                    points.push(Vector::<3>::new(
+                        0.03 + 0.05 * f64::from(i) + 0.025,
+                        0.05 * f64::from(j),
+                        0.05 * f64::from(k),
+                    ));
                 }
             }
         }
-        for x in [Vector::<3>::new(0.031, 0.1, 0.07), Vector::<3>::new(1.2, 0.13, 0.2), Vector::<3>::new(0.6, 0.0, 0.11)] {
+        for x in
+            [Vector::<3>::new(0.031, 0.1, 0.07), Vector::<3>::new(1.2, 0.13, 0.2), Vector::<3>::new(0.6, 0.0, 0.11)]
+        {
             let mut near = Neighbourhood::default();
             near.gather(&lattice, [x].into_iter(), &points);
             let mut found = Vec::new();

@@ -157,7 +157,8 @@ fn find_coefficients(both: &mut Both<'_>, dt: f64) {
 
     // drag at the relative velocity without it, along that velocity
     let count = submersion.wet.len();
-    let (mut trial, mut bodies, mut speeds) = (vec![Vector3::zeros(); count], Vec::with_capacity(count), vec![0.0; count]);
+    let (mut trial, mut bodies, mut speeds) =
+        (vec![Vector3::zeros(); count], Vec::with_capacity(count), vec![0.0; count]);
     for (k, v) in submersion.wet.iter().enumerate() {
         let (strand, i) = rods.locate_vertex(*v);
         let law = submersion.drag[film.liquid_of[strand] as usize];

@@ -60,18 +60,9 @@ impl<'a> Both<'a> {
                 Some(LiquidState::Three(fluid)),
                 Some(submersion),
                 Some(memory),
-            ) if !fluid.particles.is_empty() => Some(Both {
-                rods,
-                strands,
-                films,
-                film,
-                flow,
-                fluid,
-                submersion,
-                memory,
-                ledger,
-                gravity: *gravity,
-            }),
+            ) if !fluid.particles.is_empty() => {
+                Some(Both { rods, strands, films, film, flow, fluid, submersion, memory, ledger, gravity: *gravity })
+            }
             _ => None,
         }
     }

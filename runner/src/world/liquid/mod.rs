@@ -6,6 +6,7 @@
 //! sources    stage 0: sources, drains, the domain            limits     the largest stable step and why
 //! coupling   what strands do to the liquid, between the named steps of stage 6
 //! finite     no number that is not finite leaves a stage      measure    columns and figures
+//! estimate   how much of it there will be, without building it
 //! picture    particles, slices and outlines for frames        probe      a point that is followed
 //! ```
 //!
@@ -14,6 +15,7 @@
 
 pub mod build;
 pub mod coupling;
+pub mod estimate;
 pub mod finite;
 pub mod limits;
 pub mod measure;

@@ -27,6 +27,8 @@ pub struct Components {
     pub film: bool,
     /// Some film bears shear stress of its own (its shear modulus is not zero).
     pub film_shear: bool,
+    /// Films drip from the ends of strands.
+    pub dripping: bool,
     /// There is bulk liquid, or may be.
     pub liquid: bool,
     /// Particles are split, merged and spread.
@@ -53,7 +55,9 @@ impl Components {
         let may_touch = pairs || (scene.contact.strand_solid && !scene.solids.is_empty());
         let moving_solid = |solid: &Solid| !scene.script(&solid.motion).is_empty();
         let scripted_strands = scene.strands.iter().any(|group| !group.clamp.is_empty());
-        let film = scene.strands.iter().any(|group| group.film.is_some());
+        // strands that may take up liquid have films, dry at first
+        let takes_up = strands && scene.liquid.is_some();
+        let film = takes_up || scene.strands.iter().any(|group| group.film.is_some());
         let liquids: Vec<_> = liquid_names(scene).iter().filter_map(|name| scene.liquid_material(name)).collect();
         let (shear, flows) = (on(Component::Shear), on(Component::Shear) && on(Component::PlasticFlow));
         let bulk = scene.liquid.as_ref();
@@ -64,7 +68,8 @@ impl Components {
             contact: strands && may_touch && on(Component::StrandContact),
             strand_pairs: strands && pairs && on(Component::StrandContact),
             film,
-            film_shear: film && on(Component::FilmShear),
+            film_shear: film && on(Component::FilmShear) && film_bears_shear(scene),
+            dripping: film && on(Component::Dripping),
             liquid: bulk.is_some(),
             resampling: bulk.is_some() && on(Component::Resampling),
             liquid_shear: bulk.is_some() && shear && liquids.iter().any(bears_shear),
@@ -89,6 +94,13 @@ fn strand_may_touch_itself(scene: &Scene) -> bool {
     crate::scene::contact::Contact::blank().is_some_and(|blank| scene.contact != blank)
 }
 
+/// Whether some film's liquid has elasticity in shear.
+fn film_bears_shear(scene: &Scene) -> bool {
+    let films = scene.strands.iter().map(|group| group.film.as_ref());
+    let mut liquids = films.filter_map(|film| crate::world::film::build::liquid_name(scene, film));
+    liquids.any(|name| scene.liquid_material(&name).is_some_and(|liquid| liquid.shear_modulus > 0.0))
+}
+
 /// A stage in the plan of a scene.
 #[derive(Clone, Debug)]
 pub struct PlannedStage {
@@ -109,7 +121,7 @@ pub struct Plan {
     pub components: Components,
     /// Components that the scene switches off.
     pub switched_off: Vec<Component>,
-    /// What happens in a scene of soft grains, which has none of the stages.
+    /// What happens in a scene of soft grains or of yarns, which have none of the stages.
     pub program: Vec<String>,
 }
 
@@ -135,9 +147,14 @@ impl Plan {
             let program = crate::microgel::schedule_of(scene).map_or(Vec::new(), |schedule| schedule.lines);
             return Ok(Plan { stages: Vec::new(), components, switched_off: Vec::new(), program });
         }
+        if scene.yarn.is_some() {
+            let program = crate::yarn::program(scene);
+            return Ok(Plan { stages: Vec::new(), components, switched_off: Vec::new(), program });
+        }
         let missing = |what, number: usize, help| NotThereYet { what, number, stage: STAGES[number].name, help };
-        if components.film {
-            return Err(missing("a film on strands", 11, "leave `film` out of the strand groups"));
+        let planar = |liquid: &Liquid| liquid.dimensions == crate::scene::liquid::Dimensions::Two;
+        if components.strands && scene.liquid.as_ref().is_some_and(planar) {
+            return Err(missing("strands in a liquid of two dimensions", 6, "leave `dimensions: Two` out, or the strands"));
         }
         let stages = STAGES
             .iter()

@@ -33,6 +33,9 @@ pub enum PrepareError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Build(#[from] BuildError),
+    /// Its yarns cannot be made.
+    #[error("yarn: {0}")]
+    Yarn(#[from] crate::yarn::SettingsError),
     /// Its sample of grains cannot be made.
     #[error("the sample of grains cannot be made: {0}")]
     Grains(#[from] granular::GranularError),
@@ -66,9 +69,10 @@ pub fn job(loaded: LoadedScene, threads: usize) -> Result<Job, PrepareError> {
         platform: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
         branched_from: None,
     };
-    let system: Box<dyn System> = match &scene.microgel {
-        Some(grains) => Box::new(MicrogelSystem::new(&microgel::settings(&scene, grains)?, grains.record_every)?),
-        None => Box::new(World::build(&scene, &plan, &expand(&scene)?)?),
+    let system: Box<dyn System> = match (&scene.microgel, &scene.yarn) {
+        (_, Some(yarns)) => crate::yarn::system(&scene, yarns)?,
+        (Some(grains), None) => Box::new(MicrogelSystem::new(&microgel::settings(&scene, grains)?, grains.record_every)?),
+        (None, None) => Box::new(World::build(&scene, &plan, &expand(&scene)?)?),
     };
     Ok(Job {
         system,
@@ -137,6 +141,8 @@ pub struct Estimate {
     pub strands: usize,
     /// Vertices of all strands.
     pub vertices: usize,
+    /// Yarns.
+    pub yarns: usize,
     /// Grains of one sample.
     pub grains: usize,
     /// Samples of grains.
@@ -162,6 +168,9 @@ pub fn estimate(scene: &Scene) -> Result<Estimate, PrepareError> {
     if let Some(grains) = &scene.microgel {
         return Ok(estimate_grains(scene, grains, &microgel::Schedule::new(&microgel::settings(scene, grains)?)));
     }
+    if let Some(section) = &scene.yarn {
+        return estimate_yarns(scene, section);
+    }
     let strands = expand(scene)?;
     let vertices: usize = strands.iter().map(|strand: &StrandGeometry| strand.positions.len()).sum();
     let record = record_settings(scene);
@@ -181,12 +190,42 @@ pub fn estimate(scene: &Scene) -> Result<Estimate, PrepareError> {
     Ok(Estimate {
         strands: strands.len(),
         vertices,
+        yarns: 0,
         grains: 0,
         samples: 0,
         liquid,
         memory: vertices as f64 * crate::scene::expand::BYTES_PER_VERTEX + liquid.map_or(0.0, |liquid| liquid.memory),
         frames,
         disk: frames.map(|frames| frames as f64 * frame_bytes + checkpoint_bytes),
+        steps: scene.time.end / step,
+    })
+}
+
+fn estimate_yarns(scene: &Scene, section: &crate::scene::yarn::Yarns) -> Result<Estimate, PrepareError> {
+    let settings = crate::yarn::settings(scene, section)?;
+    let sizes = crate::yarn::group_sizes(&settings);
+    let (yarns, vertices) = sizes.iter().fold((0.0, 0.0), |sum, size| (sum.0 + size.0, sum.1 + size.1));
+    let record = record_settings(scene);
+    let frames = record.frames.count(scene.time.end);
+    // per vertex and frame: fourteen numbers of eight bytes, and the connectivity
+    let per_vertex = if record.vtk { 140.0 } else { 0.0 } + if record.ply { 125.0 } else { 0.0 };
+    let numbers = if settings.dimension == 2 { 17.0 } else { 34.0 };
+    let checkpoint_bytes = vertices * 8.0 * numbers * record.keep as f64;
+    let step = match step_control(scene) {
+        StepControl::Fixed(step) => step,
+        StepControl::Adaptive { max, .. } => max,
+        StepControl::Own => scene.time.end,
+    };
+    Ok(Estimate {
+        strands: 0,
+        vertices: vertices as usize,
+        yarns: yarns as usize,
+        grains: 0,
+        samples: 0,
+        liquid: None,
+        memory: vertices * crate::yarn::BYTES_PER_VERTEX,
+        frames,
+        disk: frames.map(|frames| frames as f64 * vertices * per_vertex + checkpoint_bytes),
         steps: scene.time.end / step,
     })
 }
@@ -205,6 +244,7 @@ fn estimate_grains(scene: &Scene, grains: &Microgel, schedule: &microgel::Schedu
     Estimate {
         strands: 0,
         vertices: 0,
+        yarns: 0,
         grains: grains.grains,
         samples: grains.seeds as usize,
         liquid: None,
@@ -220,6 +260,8 @@ impl fmt::Display for Estimate {
         use crate::scene::expand::show_bytes;
         if self.samples > 0 {
             write!(f, "{} grains, {} sample{}", self.grains, self.samples, if self.samples == 1 { "" } else { "s" })?;
+        } else if self.yarns > 0 {
+            write!(f, "{} yarns, about {} vertices", self.yarns, self.vertices)?;
         } else if self.strands > 0 || self.liquid.is_none() {
             write!(f, "{} strands, {} vertices", self.strands, self.vertices)?;
         }

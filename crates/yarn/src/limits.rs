@@ -31,10 +31,10 @@ pub const MOTION: &str = "yarn: motion";
 /// Limit of the motion of obstacles, pins and drives.
 pub const OBSTACLE_MOTION: &str = "yarn: obstacle motion";
 
-/// All limits that apply now.
+/// All limits that apply now; `waves` are the steps of [`wave_limits`] for this state.
 pub(crate) fn step_limits<const D: usize>(
     settings: &YarnSettings,
-    model: &YarnModel<D>,
+    waves: (f64, f64),
     boundary: &Boundary<D>,
     state: &YarnState<D>,
 ) -> Vec<StepLimit> {
@@ -45,7 +45,7 @@ pub(crate) fn step_limits<const D: usize>(
         }
     };
     if settings.step.integrator == Integrator::Explicit {
-        let (edge, section) = wave_limits(settings, model, state);
+        let (edge, section) = waves;
         add(settings.step.safety * edge, STRETCH_WAVES);
         add(settings.step.safety * section, CONTACT_WAVES);
     }
@@ -71,8 +71,15 @@ pub(crate) fn step_limits<const D: usize>(
     limits
 }
 
-/// Steps at which `ω dt = 2` may be reached, for edges and for sections.
-fn wave_limits<const D: usize>(settings: &YarnSettings, model: &YarnModel<D>, state: &YarnState<D>) -> (f64, f64) {
+/// Steps at which `ω dt = 2` may be reached, for edges and for sections; of no interest to implicit steps.
+pub(crate) fn wave_limits<const D: usize>(
+    settings: &YarnSettings,
+    model: &YarnModel<D>,
+    state: &YarnState<D>,
+) -> (f64, f64) {
+    if settings.step.integrator != Integrator::Explicit {
+        return (f64::INFINITY, f64::INFINITY);
+    }
     let share = settings.quadrature_mass_share;
     let section_share = if share > 0.0 { share } else { 0.5 };
     let cell2 = model.cell * model.cell;

@@ -1,6 +1,7 @@
 //! The yarn system: settings, model, state, and `advance`.
 
 use std::path::Path;
+use std::sync::OnceLock;
 
 use nalgebra::SVector;
 use particle_grid::Lattice;
@@ -9,7 +10,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use crate::boundary::Boundary;
 use crate::diagnostics;
 use crate::error::{YarnError, YarnWarning};
-use crate::limits::step_limits;
+use crate::limits::{step_limits, wave_limits};
 use crate::model::YarnModel;
 use crate::report::{Energy, Momentum, StepLimit, StepReport, YarnFrameData};
 use crate::settings::{OversizedStep, YarnSettings, gravity};
@@ -48,6 +49,8 @@ pub struct YarnSystem<const D: usize> {
     state: YarnState<D>,
     warnings: Vec<YarnWarning>,
     scratch: Scratch<D>,
+    /// Wave limits of the present state, once somebody has asked for them.
+    waves: OnceLock<(f64, f64)>,
 }
 
 impl<const D: usize> YarnSystem<D> {
@@ -78,7 +81,16 @@ impl<const D: usize> YarnSystem<D> {
         let gravity = gravity(settings)?;
         let mut scratch = Scratch::new(lattice);
         scratch.transfer.rebuild(&model, &state.position)?;
-        Ok(Self { settings: settings.clone(), model, boundary, gravity, state, warnings, scratch })
+        Ok(Self {
+            settings: settings.clone(),
+            model,
+            boundary,
+            gravity,
+            state,
+            warnings,
+            scratch,
+            waves: OnceLock::new(),
+        })
     }
 
     /// Settings as built.
@@ -101,7 +113,13 @@ impl<const D: usize> YarnSystem<D> {
 
     /// The present state, to be changed by the caller (initial velocities, damping between steps).
     pub fn state_mut(&mut self) -> &mut YarnState<D> {
+        self.waves.take();
         &mut self.state
+    }
+
+    /// Sets the time [s] at which scripts are followed: a caller with a clock of its own keeps them in step.
+    pub fn set_time(&mut self, time: f64) {
+        self.state.time = time;
     }
 
     /// Replaces the state by one of the same scene.
@@ -129,6 +147,7 @@ impl<const D: usize> YarnSystem<D> {
             return Err(YarnError::NonFinite { yarn, vertex, quantity: "state", step: state.step });
         }
         self.state = state;
+        self.waves.take();
         Ok(())
     }
 
@@ -141,7 +160,8 @@ impl<const D: usize> YarnSystem<D> {
     /// All limits of the present step.
     #[must_use]
     pub fn step_limits(&self) -> Vec<StepLimit> {
-        step_limits(&self.settings, &self.model, &self.boundary, &self.state)
+        let waves = *self.waves.get_or_init(|| wave_limits(&self.settings, &self.model, &self.state));
+        step_limits(&self.settings, waves, &self.boundary, &self.state)
     }
 
     /// The tightest limit, where there is one.
@@ -203,13 +223,14 @@ impl<const D: usize> YarnSystem<D> {
         {
             *force /= -dt;
         }
-        let momentum = diagnostics::momentum(&self.model, &self.state).linear.norm();
+        let momentum = diagnostics::size_of_momentum(&self.model, &self.state);
         let ledger = &mut self.state.ledger;
         ledger.scale = ledger.scale.max(momentum).max(ledger.initial.norm());
         Ok(report)
     }
 
     fn substep(&mut self, dt: f64, report: &mut StepReport<D>) -> Result<(), YarnError> {
+        self.waves.take();
         let setting =
             Setting { settings: &self.settings, model: &self.model, boundary: &self.boundary, gravity: self.gravity };
         let outcome = step(&setting, &mut self.state, &mut self.scratch, dt)?;

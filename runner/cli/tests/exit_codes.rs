@@ -67,3 +67,28 @@ fn a_checkpoint_of_another_scene_is_refused() {
     assert_eq!(code, Some(2), "{errors}");
     assert!(errors.contains("another scene"), "{errors}");
 }
+
+#[test]
+fn a_saved_state_can_be_replayed_as_it_failed_and_with_other_settings() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = scene(dir.path(), "wisp.ron", WISP);
+    let out = dir.path().join("out");
+    let args = ["run", file.to_str().unwrap(), "--out", out.to_str().unwrap(), "--until", "0.01"];
+    assert_eq!(run(&args).status.code(), Some(0));
+    let mut checkpoints: Vec<_> =
+        fs::read_dir(out.join("checkpoints")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    checkpoints.sort();
+    let last = checkpoints.last().unwrap().to_str().unwrap().to_owned();
+    let again = run(&["replay", &last, "--steps", "2"]);
+    let text = String::from_utf8_lossy(&again.stdout).into_owned();
+    assert_eq!(again.status.code(), Some(0), "{text}");
+    assert!(text.contains("step 11: dt = 1.0000e-3 s (fixed)") && text.contains("mixture"), "{text}");
+    let sets = ["--set", "solver.rods.max_iterations=1", "--set", "gravity=[0, -1e9, 0]"];
+    let failing = run(&[&["replay", &last], &sets[..]].concat());
+    assert_eq!(failing.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&failing.stdout).contains("refused down to dt"), "{failing:?}");
+    fs::remove_file(out.join("scene.ron")).unwrap();
+    let (code, errors) = code_and_errors(&run(&["replay", &last]));
+    assert_eq!(code, Some(2));
+    assert!(errors.contains("--scene"), "{errors}");
+}

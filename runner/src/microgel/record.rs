@@ -2,7 +2,7 @@
 
 use super::system::MicrogelSystem;
 use granular::demodulation::Demodulation;
-use granular::experiment::{Drive, Ensemble, GateLevel, Measure, Moduli, Rheometer, Summary};
+use granular::experiment::{Drive, Ensemble, Experiment, GateLevel, Measure, Moduli, Rheometer, Summary};
 use granular::model::Mode;
 use granular::statistics::{Estimate, bootstrap, estimate};
 use granular::stress::{COLUMNS, Row};
@@ -142,6 +142,23 @@ fn gates(runs: &[Summary], level: GateLevel) -> Vec<String> {
     list
 }
 
+/// What a study varies.
+fn recipe(system: &MicrogelSystem) -> Value {
+    let settings = system.state.samples[0].rheometer.settings();
+    let mut recipe = json!({
+        "grains": settings.model.grains,
+        "packing": settings.model.packing,
+        "friction": settings.model.friction,
+        "young_modulus": settings.model.young_modulus,
+        "removed_links": settings.preparation.remove_links,
+    });
+    if let Experiment::Oscillation(oscillation) = &settings.experiment {
+        recipe["amplitude"] = json!(oscillation.amplitude);
+        recipe["relative_frequency"] = json!(oscillation.relative_frequency);
+    }
+    recipe
+}
+
 /// `rheology.json`.
 pub(super) fn rheology(system: &MicrogelSystem) -> Vec<u8> {
     let (runs, failed) = system.summaries();
@@ -152,6 +169,7 @@ pub(super) fn rheology(system: &MicrogelSystem) -> Vec<u8> {
         "headline": name(measure),
         "complete": system.state.done >= system.schedule().steps,
         "characteristic_time": constants.time,
+        "recipe": recipe(system),
         "moduli": moduli(&runs),
         "gates_missed": gates(&runs, GateLevel::Missed),
         "gates_doubtful": gates(&runs, GateLevel::Doubtful),

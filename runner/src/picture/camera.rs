@@ -40,7 +40,7 @@ fn bounds_of(piece: &Piece, left_out: &mut usize) -> Option<Bounds> {
     let mut bounds: Option<Bounds> = None;
     // discs in a plane have no thickness: they are seen at right angles
     let in_plane = piece.positions.len() > 1 && piece.positions.iter().all(|x| x[2] == 0.0);
-    let plane = in_plane && matches!(piece.topology, Topology::Points);
+    let plane = in_plane && (matches!(piece.topology, Topology::Points) || piece.name == "yarns");
     for (i, position) in piece.positions.iter().enumerate() {
         if !position.iter().all(|x| x.is_finite()) {
             *left_out += 1;

@@ -33,6 +33,7 @@ pub(super) fn html(sections: &[Section]) -> String {
     );
     if sections.len() > 1 {
         overview(&mut page, sections);
+        rheology::study(&mut page, sections);
         rheology::comparison(&mut page, sections);
     }
     for (k, section) in sections.iter().enumerate() {
@@ -121,6 +122,14 @@ fn pictures(page: &mut String, run: &RunData, shown: &Shown) {
         );
     }
     if let Some((caption, png)) = &shown.large {
+        let _ = write!(
+            page,
+            "<figure>{}<figcaption>{}</figcaption></figure>",
+            image(png, "png", caption, "wide"),
+            escape(caption)
+        );
+    }
+    for (caption, png) in &shown.cuts {
         let _ = write!(
             page,
             "<figure>{}<figcaption>{}</figcaption></figure>",

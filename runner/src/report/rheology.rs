@@ -18,18 +18,21 @@ const BOTTOM: f64 = 40.0;
 /// Runs compared with each other at most.
 const COMPARED: usize = 8;
 
-/// Points of one colour, joined by a line, with error bars where `error` is not zero.
+/// Points of one colour, joined by a line.
 struct Curve {
-    name: &'static str,
+    name: String,
     ink: String,
     points: Vec<[f64; 2]>,
-    error: Vec<f64>,
+    /// Lowest and highest likely value of each point; empty without errors.
+    interval: Vec<[f64; 2]>,
+    /// Draws the intervals as a band instead of bars.
+    band: bool,
 }
 
 impl Curve {
-    fn new(name: &'static str, rgb: [u8; 3]) -> Curve {
+    fn new(name: impl Into<String>, rgb: [u8; 3]) -> Curve {
         let ink = format!("#{:02x}{:02x}{:02x}", rgb[0], rgb[1], rgb[2]);
-        Curve { name, ink, points: Vec::new(), error: Vec::new() }
+        Curve { name: name.into(), ink, points: Vec::new(), interval: Vec::new(), band: false }
     }
 }
 
@@ -70,7 +73,8 @@ pub(super) fn of_run(page: &mut String, run: &RunData) {
                 for m in moduli {
                     if let (Some(x), Some(y)) = (number(m, &[name]), number(m, &[headline, which, "mean"])) {
                         curve.points.push([x, y]);
-                        curve.error.push(error_of(m, headline, which));
+                        let error = error_of(m, headline, which);
+                        curve.interval.push([y - error, y + error]);
                     }
                 }
             }
@@ -161,6 +165,84 @@ fn table(page: &mut String, moduli: &[Value], headline: &str) {
     page.push_str("</table>\n");
 }
 
+/// Inks that stay apart for the colour-blind.
+const INKS: [[u8; 3]; 8] = [
+    [0, 114, 178],
+    [213, 94, 0],
+    [0, 158, 115],
+    [204, 121, 167],
+    [230, 159, 0],
+    [86, 180, 233],
+    [90, 90, 90],
+    [150, 120, 0],
+];
+
+/// A study: moduli of all runs against the quantity that takes most values among them, a band for each combination of the
+/// others. Nothing is drawn unless a quantity takes two values.
+pub(super) fn study(page: &mut String, sections: &[Section]) {
+    struct Point<'a> {
+        recipe: Vec<(&'a str, f64)>,
+        moduli: &'a Value,
+        headline: &'a str,
+    }
+    let points: Vec<Point<'_>> = sections
+        .iter()
+        .filter_map(|section| {
+            let rheology = section.run.rheology.as_ref()?;
+            let recipe = rheology.get("recipe")?.as_object()?;
+            Some(Point {
+                recipe: recipe.iter().filter_map(|(name, value)| Some((name.as_str(), value.as_f64()?))).collect(),
+                moduli: list(rheology, "moduli").first()?,
+                headline: rheology.get("headline")?.as_str()?,
+            })
+        })
+        .collect();
+    let Some(first) = points.first() else { return };
+    let values = |name: &str| {
+        let mut values: Vec<f64> =
+            points.iter().filter_map(|p| p.recipe.iter().find(|r| r.0 == name).map(|r| r.1)).collect();
+        values.sort_by(f64::total_cmp);
+        values.dedup();
+        values
+    };
+    let mut varied: Vec<(&str, usize)> =
+        first.recipe.iter().map(|(name, _)| (*name, values(name).len())).filter(|(_, count)| *count > 1).collect();
+    varied.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    let Some((abscissa, _)) = varied.first().copied() else { return };
+    page.push_str(
+        "<h2>Study</h2>\n<p class=\"note\">First segment, headline stress; bands are 95 % bootstrap intervals of the mean over the \
+         samples.</p><div class=\"plots\">",
+    );
+    for (which, label) in [("g_prime", "G′"), ("g_double_prime", "G″")] {
+        let mut curves: Vec<Curve> = Vec::new();
+        for point in &points {
+            let of = |name: &str| point.recipe.iter().find(|r| r.0 == name).map(|r| r.1);
+            let names: Vec<String> = varied[1..]
+                .iter()
+                .filter_map(|(name, _)| Some(format!("{} {}", name.replace('_', " "), of(name)?)))
+                .collect();
+            let name = if names.is_empty() { label.to_owned() } else { names.join(", ") };
+            let (Some(x), Some(y)) = (of(abscissa), number(point.moduli, &[point.headline, which, "mean"])) else {
+                continue;
+            };
+            let band = point.moduli[point.headline][which]["bootstrap"].as_array();
+            let interval = band.and_then(|b| Some([b.first()?.as_f64()?, b.get(1)?.as_f64()?])).unwrap_or([y, y]);
+            let at = curves.iter().position(|c| c.name == name).unwrap_or_else(|| {
+                let mut curve = Curve::new(name, INKS[curves.len() % INKS.len()]);
+                curve.band = true;
+                curves.push(curve);
+                curves.len() - 1
+            });
+            let place = curves[at].points.partition_point(|p| p[0] < x);
+            curves[at].points.insert(place, [x, y]);
+            curves[at].interval.insert(place, interval);
+        }
+        let svg = chart(&curves, &abscissa.replace('_', " "), "Pa", true);
+        let _ = writeln!(page, "<figure><h3>{label} against {}</h3>{svg}</figure>", abscissa.replace('_', " "));
+    }
+    page.push_str("</div>\n");
+}
+
 /// Welch's test between all pairs of ensembles on the page, corrected for their number.
 pub(super) fn comparison(page: &mut String, sections: &[Section]) {
     let of = |section: &Section, name: &str| -> Option<Estimate> {
@@ -215,23 +297,27 @@ fn chart(curves: &[Curve], x_label: &str, unit: &str, logarithmic: bool) -> Stri
     let points = || curves.iter().flat_map(|curve| curve.points.iter());
     let reach = curves.iter().flat_map(|curve| {
         curve.points.iter().enumerate().flat_map(|(i, p)| {
-            let error = curve.error.get(i).copied().unwrap_or(0.0);
+            let [low, high] = curve.interval.get(i).copied().unwrap_or([p[1], p[1]]);
             // a bar that reaches below zero does not forbid logarithms
-            [if p[1] - error > 0.0 { p[1] - error } else { p[1] }, p[1] + error]
+            [if low > 0.0 { low } else { p[1] }, high]
         })
     });
     let (Some(x_axis), Some(y_axis)) = (axis(points().map(|p| p[0]), logarithmic), axis(reach, logarithmic)) else {
         return String::new();
     };
-    let bottom = HEIGHT - BOTTOM;
+    // names beside each other where they are short, below each other where they are long
+    let columns = if curves.iter().any(|c| c.name.len() > 18) { 1 } else { 3 };
+    let top = TOP + 14.0 * (curves.len().div_ceil(columns).saturating_sub(1)) as f64;
+    let bottom = top - TOP + HEIGHT - BOTTOM;
     let x = |v: f64| LEFT + x_axis.place(v).clamp(0.0, 1.0) * (plot::WIDTH - LEFT - RIGHT);
     let y = |v: f64| {
         let place = if y_axis.logarithmic && v <= 0.0 { 0.0 } else { y_axis.place(v) };
-        bottom - place.clamp(0.0, 1.0) * (bottom - TOP)
+        bottom - place.clamp(0.0, 1.0) * (bottom - top)
     };
     let mut svg = format!(
-        "<svg viewBox=\"0 0 {} {HEIGHT}\" role=\"img\" font-family=\"system-ui,sans-serif\" font-size=\"11\" fill=\"#444\">",
-        plot::WIDTH
+        "<svg viewBox=\"0 0 {} {}\" role=\"img\" font-family=\"system-ui,sans-serif\" font-size=\"11\" fill=\"#444\">",
+        plot::WIDTH,
+        bottom + BOTTOM
     );
     for (value, label) in ticks(&y_axis, 5.0) {
         let at = y(value);
@@ -247,13 +333,13 @@ fn chart(curves: &[Curve], x_label: &str, unit: &str, logarithmic: bool) -> Stri
         let at = x(value);
         let _ = write!(
             svg,
-            "<path d=\"M{at:.1} {TOP:.1}V{bottom:.1}\" stroke=\"#eef0f3\"/><text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{label}</text>",
+            "<path d=\"M{at:.1} {top:.1}V{bottom:.1}\" stroke=\"#eef0f3\"/><text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{label}</text>",
             bottom + 15.0
         );
     }
     let _ = write!(
         svg,
-        "<path d=\"M{LEFT} {TOP:.1}V{bottom:.1}H{:.1}\" fill=\"none\" stroke=\"#8a919b\"/><text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" fill=\"#777\">{x_label}</text><text x=\"4\" y=\"{:.1}\" fill=\"#777\">[{unit}]</text>",
+        "<path d=\"M{LEFT} {top:.1}V{bottom:.1}H{:.1}\" fill=\"none\" stroke=\"#8a919b\"/><text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" fill=\"#777\">{x_label}</text><text x=\"4\" y=\"{:.1}\" fill=\"#777\">[{unit}]</text>",
         plot::WIDTH - RIGHT,
         plot::WIDTH - RIGHT,
         bottom + 32.0,
@@ -261,6 +347,12 @@ fn chart(curves: &[Curve], x_label: &str, unit: &str, logarithmic: bool) -> Stri
     );
     for (k, curve) in curves.iter().enumerate() {
         let ink = &curve.ink;
+        if curve.band {
+            let there = curve.points.iter().zip(&curve.interval).map(|(p, i)| (x(p[0]), y(i[0])));
+            let back = curve.points.iter().zip(&curve.interval).rev().map(|(p, i)| (x(p[0]), y(i[1])));
+            let outline: Vec<String> = there.chain(back).map(|(a, b)| format!("{a:.1},{b:.1}")).collect();
+            let _ = write!(svg, "<polygon points=\"{}\" fill=\"{ink}\" fill-opacity=\"0.15\"/>", outline.join(" "));
+        }
         let mut path = String::new();
         for p in &curve.points {
             let _ = write!(path, "{}{:.1} {:.1}", if path.is_empty() { 'M' } else { 'L' }, x(p[0]), y(p[1]));
@@ -269,8 +361,8 @@ fn chart(curves: &[Curve], x_label: &str, unit: &str, logarithmic: bool) -> Stri
             svg,
             "<path d=\"{path}\" fill=\"none\" stroke=\"{ink}\" stroke-width=\"1.4\" stroke-linejoin=\"round\"/>"
         );
-        for (p, error) in curve.points.iter().zip(&curve.error) {
-            let (at, low, high) = (x(p[0]), y(p[1] - error), y(p[1] + error));
+        for (p, interval) in curve.points.iter().zip(&curve.interval) {
+            let (at, low, high) = (x(p[0]), y(interval[0]), y(interval[1]));
             let _ = write!(
                 svg,
                 "<path d=\"M{at:.1} {low:.1}V{high:.1}M{:.1} {low:.1}h6M{:.1} {high:.1}h6\" stroke=\"{ink}\"/><circle cx=\"{at:.1}\" cy=\"{:.1}\" r=\"2.6\" fill=\"{ink}\"/>",
@@ -279,12 +371,14 @@ fn chart(curves: &[Curve], x_label: &str, unit: &str, logarithmic: bool) -> Stri
                 y(p[1])
             );
         }
-        let from = LEFT + 130.0 * k as f64;
+        let (from, line) = (LEFT + 130.0 * (k % columns) as f64, 14.0 * (k / columns) as f64);
         let _ = write!(
             svg,
-            "<path d=\"M{from:.1} 10h14\" stroke=\"{ink}\" stroke-width=\"2.5\"/><text x=\"{:.1}\" y=\"14\">{}</text>",
+            "<path d=\"M{from:.1} {:.1}h14\" stroke=\"{ink}\" stroke-width=\"2.5\"/><text x=\"{:.1}\" y=\"{:.1}\">{}</text>",
+            10.0 + line,
             from + 18.0,
-            curve.name
+            14.0 + line,
+            escape(&curve.name)
         );
     }
     svg.push_str("</svg>");

@@ -3,6 +3,7 @@
 use super::declare::{choice, section};
 use super::motion::Axis;
 use super::quantity::{above, at_least};
+use super::yarn::YarnVertex;
 use nalgebra::Vector3;
 
 choice! {
@@ -53,6 +54,18 @@ section! {
     }
 }
 
+section! {
+    /// A vertex of a yarn whose place and velocity go into the series.
+    pub struct YarnProbe {
+        /// Name of the column.
+        name: Option<String> = [None] () "";
+        /// Yarn, counted over all groups in order.
+        yarn: usize = [required] () "";
+        /// Vertex along the yarn.
+        vertex: YarnVertex = [YarnVertex::Last] () "";
+    }
+}
+
 choice! {
     /// Something that is followed step by step.
     pub enum Probe {
@@ -60,6 +73,8 @@ choice! {
         Vertex(VertexProbe) ();
         /// A point in space.
         Point(PointProbe) ();
+        /// A vertex of a yarn.
+        Yarn(YarnProbe) ();
     }
 }
 

@@ -12,7 +12,8 @@ pub fn run(world: &mut World, step: Step) -> Result<(), Rejection> {
     in_its_dimension!(world, |flow, state| liquid(flow, state, &world.solids, step))?;
     let Some(strands) = &mut world.strands else { return Ok(()) };
     let rods = &mut world.state.rods;
-    strands.book(rods, world.contact.as_ref(), &world.gravity, step, &mut world.state.ledger);
+    let film_mass = world.film.as_ref().map(|film| film.mass.as_slice());
+    strands.book(rods, world.contact.as_ref(), film_mass, &world.gravity, step, &mut world.state.ledger);
     strands.stepper.accept(rods).map_err(|error| rejection(&error))
 }
 

@@ -6,6 +6,8 @@
 pub mod advect;
 pub mod deformation;
 pub mod drive;
+pub mod exchange;
+pub mod film_plasticity;
 pub mod grid_to_particles;
 pub mod liquid_plasticity;
 pub mod mixture;
@@ -72,8 +74,11 @@ pub static STAGES: [Stage; 13] = [
         number: 1,
         name: "exchange",
         what: "liquid captured, absorbed and dripped between strands and bulk",
-        need: |c| need(c.film && c.liquid, "strands with film meet liquid", "no film or no liquid"),
-        run: None,
+        need: |c| match (c.film && c.liquid, c.film && c.dripping) {
+            (true, _) => need(true, "strands with film meet liquid", ""),
+            (false, drips) => need(drips, "films drip", "no film that drips or meets liquid"),
+        },
+        run: Some(exchange::run),
     },
     Stage {
         number: 2,
@@ -143,7 +148,7 @@ pub static STAGES: [Stage; 13] = [
         name: "film_plasticity",
         what: "plastic flow of films",
         need: |c| need(c.film_shear, "films that bear shear", "no film that bears shear"),
-        run: None,
+        run: Some(film_plasticity::run),
     },
     Stage {
         number: 12,

@@ -8,6 +8,7 @@ use crate::world::solids::SceneSolid;
 
 /// Finds open shares, wall ties and distances.
 pub fn run(world: &mut World, step: Step) -> Result<(), Rejection> {
+    super::mixture::coupling::crowd(world)?;
     in_its_dimension!(world, |flow, state| weigh(flow, state, &world.solids, step))
 }
 

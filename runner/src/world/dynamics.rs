@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use super::contact::{ContactWorld, record};
 use super::liquid::seen_in_its_dimension;
-use super::{Ledger, Reaction, StrandWorld, World, WorldState, measure};
+use super::{Ledger, Reaction, StrandWorld, World, WorldState, film, measure, submersion};
 use crate::record::frame::Frame;
 use crate::stages::Step;
 use crate::system::{Column, Element, Rejection, RejectionReason, StateError, StepLimit, System};
@@ -54,6 +54,7 @@ impl StrandWorld {
         &mut self,
         rods: &RodSet,
         contact: Option<&ContactWorld>,
+        film_mass: Option<&[f64]>,
         gravity: &Vector3<f64>,
         step: Step,
         ledger: &mut Ledger,
@@ -79,7 +80,7 @@ impl StrandWorld {
             if rods.material.iter().any(|material| material.air_drag > 0.0) {
                 self.stepper.velocities_into(rods, &mut moving);
             }
-            let (impulse, scale) = measure::outside_impulse(rods, &moving, gravity, &sum, step.dt);
+            let (impulse, scale) = measure::outside_impulse(rods, &moving, gravity, &sum, film_mass, step.dt);
             ledger.impulse += impulse;
             ledger.impulse_scale += scale;
             if let Some(contact) = contact {
@@ -104,6 +105,12 @@ impl WorldState {
         to.history.clone_from(&from.history);
         self.ledger = other.ledger;
         self.contact.clone_from(&other.contact);
+        if let (Some(to), Some(from)) = (&mut self.film, &other.film) {
+            to.copy_from(from);
+        }
+        if let (Some(to), Some(from)) = (&mut self.submersion, &other.submersion) {
+            to.copy_from(from);
+        }
         match (&mut self.liquid, &other.liquid) {
             (Some(to), Some(from)) => to.copy_from(from),
             (to, from) => to.clone_from(from),
@@ -127,6 +134,14 @@ impl System for World {
             record::columns(contact, &self.solids, &mut columns);
         }
         seen_in_its_dimension!(self, (), |flow, _state| flow.columns(&mut columns));
+        if self.film.is_some() {
+            film::measure::columns(&mut columns);
+            if self.submersion.is_some() {
+                submersion::measure::columns(&mut columns);
+            }
+            let name = if self.liquid.is_some() { "total_liquid_mass_defect" } else { "liquid_mass_defect" };
+            columns.push(Column::new(name, "1", "liquid on strands and in bulk that the books do not account for, relative"));
+        }
         columns
     }
 
@@ -136,6 +151,15 @@ impl System for World {
             record::row(contact, memory, out);
         }
         seen_in_its_dimension!(self, (), |flow, state| flow.row(state, out));
+        if let (Some(film), Some(films)) = (&self.film, &self.state.film) {
+            film::measure::row(film, films, out);
+        }
+        if let (Some(submersion), Some(memory)) = (&self.submersion, &self.state.submersion) {
+            submersion::measure::row(submersion, memory, out);
+        }
+        if let Some(defect) = self.liquid_mass_defect() {
+            out.push(defect);
+        }
     }
 
     fn step_limits(&self) -> Vec<StepLimit> {
@@ -161,6 +185,9 @@ impl System for World {
         }
         if let Some(seconds) = self.contact.as_ref().and_then(|contact| contact.step_limit(rods)) {
             limits.push(StepLimit { seconds, reason: "contact: motion of a vertex" });
+        }
+        if let Some(seconds) = self.film_step_limit() {
+            limits.push(StepLimit { seconds, reason: "film: flow along an edge" });
         }
         limits
     }
@@ -234,6 +261,9 @@ impl System for World {
         self.state.copy_from(&state);
         self.kept = self.state.clone();
         self.time = time;
+        if let (Some(film), Some(films)) = (&mut self.film, &self.state.film) {
+            film.weigh(&films.state, &self.state.rods);
+        }
         Ok(())
     }
 
@@ -245,19 +275,26 @@ impl System for World {
         }
         seen_in_its_dimension!(self, (), |flow, state| flow.summary(state, &mut summary));
         if let Some(strands) = &self.strands {
-            let momentum = rods.momentum(&rods::Loads::gravity(self.gravity));
-            let energy = rods.energy(&rods::Loads::gravity(self.gravity));
+            let (momentum, energy) = (rods.momentum(&self.loads()), rods.energy(&self.loads()));
+            let film_mass = self.film.as_ref().map_or(0.0, |film| film.mass.iter().sum());
             summary.insert("strands".into(), json!(rods.strand_count()));
             summary.insert("vertices".into(), json!(rods.vertex_count()));
-            summary.insert("strand_mass".into(), json!(momentum.mass));
+            summary.insert("strand_mass".into(), json!(momentum.mass - film_mass));
             // the mass of a dry strand is a property of its scene: there is nothing it could lose
-            summary.insert("mass_defect".into(), json!(0.0));
+            let share = self.liquid_mass_defect().unwrap_or(0.0);
+            summary.insert("mass_defect".into(), json!(share));
             if measure::keeps_momentum_ledger(strands) {
                 let defect = measure::momentum_defect(self, &momentum.linear);
                 summary.insert("momentum_defect".into(), json!(defect));
             }
             summary.insert("kinetic_energy".into(), json!(energy.kinetic));
             summary.insert("total_energy".into(), json!(energy.total()));
+        }
+        if let (Some(film), Some(films)) = (&self.film, &self.state.film) {
+            film::measure::summary(film, films, &mut summary);
+        }
+        if let Some(defect) = self.liquid_mass_defect() {
+            summary.insert("liquid_mass_defect".into(), json!(defect));
         }
         summary
     }
@@ -274,6 +311,29 @@ impl System for World {
 }
 
 impl World {
+    /// Liquid that no exchange accounts for, relative to all there was; none without liquid.
+    #[must_use]
+    pub fn liquid_mass_defect(&self) -> Option<f64> {
+        let (film, films) = (self.film.as_ref()?, self.state.film.as_ref()?);
+        let ledger = &films.ledger;
+        let strands = film.liquid_mass(&films.state) + ledger.dripped;
+        let (bulk, came) = seen_in_its_dimension!(self, (0.0, 0.0), |_flow, state| {
+            let books = &state.ledger;
+            let there = numerics::reduce::compensated_sum(state.particles.mass.iter().copied());
+            (there + books.terminated_mass + books.removed_mass, books.initial_mass + books.emitted_mass)
+        });
+        let (now, ever) = (strands + bulk, ledger.initial + came);
+        Some(if ever > 0.0 { (now - ever).abs() / ever } else { (now - ever).abs() })
+    }
+
+    /// The step in which the fastest film passes one edge [s].
+    fn film_step_limit(&self) -> Option<f64> {
+        let (film, films) = (self.film.as_ref()?, self.state.film.as_ref()?);
+        let rates = films.state.velocity.iter().zip(&film.edge_length).map(|(u, length)| u.abs() / length);
+        let fastest = rates.fold(0.0, f64::max);
+        (film.advects && fastest > 0.0).then(|| 1.0 / fastest)
+    }
+
     fn unsolved_contact_problem(&self) -> Option<(String, Vec<u8>)> {
         let problem = self.contact.as_ref()?.unsolved.as_ref()?;
         let text = ::contact::problem::ron::write(problem).ok()?;

@@ -14,6 +14,10 @@ pub fn frame(world: &World, step: u64, time: f64) -> Frame {
     if world.strands.is_some() {
         pieces.push(strands(world));
     }
+    if let (Some(film), Some(films)) = (&world.film, &world.state.film) {
+        pieces[0].point_fields.extend(super::film::picture::fields(film, films));
+        pieces.extend(super::film::picture::tubes(world, film, films));
+    }
     if let Some(contact) = &world.contact {
         pieces.push(super::contact::record::picture(contact));
     }

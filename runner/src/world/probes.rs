@@ -46,6 +46,7 @@ fn one(probe: &Described, index: usize, rods: &RodSet) -> Result<Probe, BuildErr
             Ok(Probe { name, vertex: range.start + vertex })
         }
         Described::Point(_) => Err(refuse("a point in space probes liquid".to_owned())),
+        Described::Yarn(_) => Err(refuse("a vertex of a yarn is probed, and the scene has no yarns".to_owned())),
     }
 }
 

@@ -4,8 +4,10 @@
 //! scenes/hard/NAME.ron ─► scene, world, stepper, record (in a folder of its own) ─► series, frames ─► pass condition
 //! ```
 
+mod liquid;
 mod scene_run;
 mod strands;
+mod yarn;
 
 use crate::case::{Case, Param};
 
@@ -18,5 +20,8 @@ pub(crate) const OVERRIDE: &[Param] =
 /// The hard scenes as cases.
 #[must_use]
 pub fn cases() -> Vec<Case> {
-    strands::cases()
+    let mut cases = strands::cases();
+    cases.extend(yarn::cases());
+    cases.extend(liquid::cases());
+    cases
 }

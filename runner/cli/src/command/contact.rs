@@ -1,6 +1,6 @@
-//! `viscose contact FILE`: solves one saved contact problem; `viscose replay FILE` solves a dumped one again.
+//! `viscose contact FILE`: solves one saved contact problem.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use contact::job::{self, JobReport};
@@ -58,28 +58,18 @@ impl Contact {
     }
 }
 
-/// Arguments of `viscose replay`.
-#[derive(Args)]
-pub struct Replay {
-    /// The dumped problem: `unsolved-contact.ron` of a run, or any file that `viscose contact` reads.
-    pub file: PathBuf,
-}
-
-impl Replay {
-    /// Solves the problem with every solver in turn.
-    pub fn run(self) -> miette::Result<Exit> {
-        let problem = job::read_problem(&self.file).into_diagnostic()?;
-        let name = self.file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        let mut solved = false;
-        for solver in SolverChoice::ALL {
-            let scaling = job::default_scaling(&self.file);
-            let settings = ContactSettings { solver, scaling, ..ContactSettings::default() };
-            let answer = job::solve_problem(&problem, &name, &settings);
-            tell(&answer.report, false)?;
-            solved |= answer.report.converged;
-        }
-        Ok(if solved { Exit::Done } else { Exit::Failed })
+/// Solves a dumped problem with every solver in turn.
+pub fn replay(file: &Path) -> miette::Result<Exit> {
+    let problem = job::read_problem(file).into_diagnostic()?;
+    let name = file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let mut solved = false;
+    for solver in SolverChoice::ALL {
+        let settings = ContactSettings { solver, scaling: job::default_scaling(file), ..ContactSettings::default() };
+        let answer = job::solve_problem(&problem, &name, &settings);
+        tell(&answer.report, false)?;
+        solved |= answer.report.converged;
     }
+    Ok(if solved { Exit::Done } else { Exit::Failed })
 }
 
 fn tell(report: &JobReport, json: bool) -> miette::Result<()> {

@@ -6,6 +6,7 @@ mod contact;
 mod fit;
 mod material;
 mod plan;
+mod replay;
 mod report;
 mod run;
 mod schema;
@@ -30,8 +31,8 @@ pub enum Command {
     Validate(validate::Validate),
     /// Solve one saved contact problem.
     Contact(contact::Contact),
-    /// Solve a problem again that a run could not solve.
-    Replay(contact::Replay),
+    /// Try again what a run could not do: a saved state or a contact problem.
+    Replay(replay::Replay),
     /// Write a page with plots and pictures of one or more runs.
     Report(report::Report),
     /// Show a liquid in numbers, with its flow curve.

@@ -182,6 +182,13 @@ impl Checker<'_> {
                         self.inconsistent(&at, message, "probe a vertex of a strand, or remove the probe");
                     }
                 }
+                Probe::Yarn(probe) => {
+                    names.push(probe.name.clone());
+                    if self.scene.yarn.is_none() {
+                        let message = "a yarn is probed, but the scene has no `yarn`";
+                        self.inconsistent(&at, message, "probe a vertex of a strand, or remove the probe");
+                    }
+                }
                 Probe::Vertex(probe) => {
                     names.push(probe.name.clone());
                     match vertices_of(self.scene, probe.strand) {

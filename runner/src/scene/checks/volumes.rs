@@ -138,7 +138,11 @@ impl Checker<'_> {
                     self.inconsistent(
                         &place.field("cell"),
                         message,
-                        format!("choose `cell` so that the size of the domain is {BLOCK}, {}, {} … cells", 2 * BLOCK, 3 * BLOCK),
+                        format!(
+                            "choose `cell` so that the size of the domain is {BLOCK}, {}, {} … cells",
+                            2 * BLOCK,
+                            3 * BLOCK
+                        ),
                     );
                 }
             }

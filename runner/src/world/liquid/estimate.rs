@@ -38,9 +38,7 @@ pub fn estimate(scene: &Scene) -> Option<LiquidEstimate> {
     let per_volume = liquid.particles_per_cell as f64 / liquid.cell.powi(d as i32);
     let solids: Vec<(Shape, bool)> =
         scene.solids.iter().filter_map(|solid| Some((built(scene, &solid.shape)?, solid.inverted))).collect();
-    let free = |x: &Vector<3>| {
-        solids.iter().all(|(shape, inverted)| (shape.signed_distance(x) < 0.0) == *inverted)
-    };
+    let free = |x: &Vector<3>| solids.iter().all(|(shape, inverted)| (shape.signed_distance(x) < 0.0) == *inverted);
     let mut at_start = 0.0;
     for tank in &liquid.tanks {
         at_start += per_volume * sampled(scene, liquid, &tank.shape, d, &free).map_or(0.0, |s| s.volume);

@@ -22,7 +22,7 @@ pub struct PointProbe {
 pub fn build(scene: &Scene) -> Vec<PointProbe> {
     let one = |(k, probe): (usize, &Probe)| match probe {
         Probe::Point(p) => Some(PointProbe { name: p.name.clone().unwrap_or_else(|| format!("point{k}")), at: p.at }),
-        Probe::Vertex(_) => None,
+        Probe::Vertex(_) | Probe::Yarn(_) => None,
     };
     scene.output.probes.iter().enumerate().filter_map(one).collect()
 }

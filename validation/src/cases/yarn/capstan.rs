@@ -16,6 +16,9 @@ pub const CASE: Case = Case {
         Param::number("friction", 0.3, "1", "Coulomb coefficient of the post"),
         Param::number("wrap", 180.0, "degrees", "angle of contact"),
         Param::number("radius", 8.0, "cells", "radius of the post"),
+        Param::number("time", 0.25, "s", "time of the draw"),
+        Param::count("steps", 500, "implicit steps"),
+        Param::number("strain", 0.02, "1", "strain at the held end when friction is mobilised everywhere"),
     ],
     run,
 };
@@ -46,10 +49,11 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     };
     let points: Vec<Vec<f64>> = (0..n).map(|i| place(total * i as f64 / (n - 1) as f64)).collect();
     // Stretched by 2 % at the held end when friction is mobilised everywhere; slow against the waves.
-    let strain = 0.02;
+    let strain = p.number_in("strain", 1e-4, 0.2)?;
     let growth = (friction * wrap).exp();
     let draw = strain * (free * (1.0 + growth) + arc * (growth + 1.0) * 0.5);
-    let (time, wait) = (0.25, 0.0);
+    let (time, wait) = (p.number_in("time", 0.01, 100.0)?, 0.0);
+    let steps = p.count_in("steps", 20, 1_000_000)?;
     let (sin, cos) = half.sin_cos();
     let pull = Movement::Translate {
         by: Vector3::new(cos * draw, -sin * draw, 0.0),
@@ -72,8 +76,7 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     // against what the tension brings.
     settings.step.integrator = Integrator::Implicit(ImplicitSettings { max_newton: 60, ..ImplicitSettings::default() });
     let mut system = build(&settings)?;
-    let steps = 500;
-    let dt = time / f64::from(steps);
+    let dt = time / steps as f64;
     let (mut held, mut drawn, mut count) = (0.0, 0.0, 0.0);
     let clear = (3.0 * CELL / SEGMENT) as usize;
     let span = (free / SEGMENT) as usize;

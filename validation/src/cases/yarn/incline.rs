@@ -39,10 +39,14 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
         out.compare_absolute("speed", speed, 0.0, 0.01);
     }
     let mut rows = Vec::new();
-    for c in [0.05f64, 0.2, 0.5, 1.0] {
+    let mut worst = 0.0f64;
+    for c in [0.05f64, 0.1, 0.2, 0.5, 1.0] {
         for (name, slope) in [("above", c.atan() + 0.15), ("below", c.atan() - 0.04)] {
             let (measured, _) = slide(c, slope, layers)?;
             let exact = (GRAVITY * (slope.sin() - c * slope.cos())).max(0.0);
+            if exact > 0.0 {
+                worst = worst.max((slope.tan() - measured / (GRAVITY * slope.cos()) - c).abs() / c);
+            }
             rows.push(vec![
                 format!("{c}"),
                 name.to_owned(),
@@ -53,6 +57,7 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
             ]);
         }
     }
+    out.compare_absolute("largest_coefficient_error", worst, 0.0, 0.02);
     out.table(Table {
         title: "Acceleration over friction".to_owned(),
         columns: ["friction", "slope", "measured m/s²", "exact m/s²", "apparent coefficient"]

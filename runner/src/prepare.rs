@@ -15,6 +15,7 @@ use crate::scene::time::StepControl as SceneStep;
 use crate::scene::{LoadedScene, Problem, Scene, SceneError};
 use crate::stepper::StepControl;
 use crate::system::System;
+use crate::world::liquid::estimate::{LiquidEstimate, estimate as liquid_estimate};
 use crate::world::{BuildError, World};
 
 /// Why a sound scene cannot be run.
@@ -146,6 +147,8 @@ pub struct Estimate {
     pub grains: usize,
     /// Samples of grains.
     pub samples: usize,
+    /// Bulk liquid.
+    pub liquid: Option<LiquidEstimate>,
     /// Memory while running [bytes].
     pub memory: f64,
     /// Frames, where the clock tells before the run.
@@ -174,8 +177,11 @@ pub fn estimate(scene: &Scene) -> Result<Estimate, PrepareError> {
     let frames = record.frames.count(scene.time.end);
     // per vertex and frame: positions and about fifteen numbers of fields in VTK, six in PLY
     let per_vertex = if record.vtk { 150.0 } else { 0.0 } + if record.ply { 60.0 } else { 0.0 };
-    let frame_bytes = vertices as f64 * per_vertex;
-    let checkpoint_bytes = vertices as f64 * 250.0 * record.keep as f64;
+    let liquid = liquid_estimate(scene);
+    let [vtk, ply, saved] = liquid.map_or([0.0; 3], |liquid| liquid.stored);
+    let in_frame = if record.vtk { vtk } else { 0.0 } + if record.ply { ply } else { 0.0 };
+    let frame_bytes = vertices as f64 * per_vertex + in_frame;
+    let checkpoint_bytes = (vertices as f64 * 250.0 + saved) * record.keep as f64;
     let step = match step_control(scene) {
         StepControl::Fixed(step) => step,
         StepControl::Adaptive { max, .. } => max,
@@ -187,7 +193,8 @@ pub fn estimate(scene: &Scene) -> Result<Estimate, PrepareError> {
         yarns: 0,
         grains: 0,
         samples: 0,
-        memory: vertices as f64 * crate::scene::expand::BYTES_PER_VERTEX,
+        liquid,
+        memory: vertices as f64 * crate::scene::expand::BYTES_PER_VERTEX + liquid.map_or(0.0, |liquid| liquid.memory),
         frames,
         disk: frames.map(|frames| frames as f64 * frame_bytes + checkpoint_bytes),
         steps: scene.time.end / step,
@@ -215,6 +222,7 @@ fn estimate_yarns(scene: &Scene, section: &crate::scene::yarn::Yarns) -> Result<
         yarns: yarns as usize,
         grains: 0,
         samples: 0,
+        liquid: None,
         memory: vertices * crate::yarn::BYTES_PER_VERTEX,
         frames,
         disk: frames.map(|frames| frames as f64 * vertices * per_vertex + checkpoint_bytes),
@@ -239,6 +247,7 @@ fn estimate_grains(scene: &Scene, grains: &Microgel, schedule: &microgel::Schedu
         yarns: 0,
         grains: grains.grains,
         samples: grains.seeds as usize,
+        liquid: None,
         memory,
         frames,
         disk: frames.map(|frames| frames as f64 * count * per_grain + memory * record.keep as f64 + tables),
@@ -253,8 +262,15 @@ impl fmt::Display for Estimate {
             write!(f, "{} grains, {} sample{}", self.grains, self.samples, if self.samples == 1 { "" } else { "s" })?;
         } else if self.yarns > 0 {
             write!(f, "{} yarns, about {} vertices", self.yarns, self.vertices)?;
-        } else {
+        } else if self.strands > 0 || self.liquid.is_none() {
             write!(f, "{} strands, {} vertices", self.strands, self.vertices)?;
+        }
+        if let Some(liquid) = &self.liquid {
+            let also = if self.strands > 0 { ", " } else { "" };
+            write!(f, "{also}about {:.0} particles in {:.0} cells", liquid.particles, liquid.cells)?;
+            if liquid.particles > liquid.at_start {
+                write!(f, " ({:.0} at the start)", liquid.at_start)?;
+            }
         }
         let least = if self.samples > 0 { "" } else { "at least " };
         write!(f, "; {least}{:.0} steps; memory about {}", self.steps, show_bytes(self.memory))?;

@@ -1,8 +1,12 @@
 //! Scenes of bulk liquid from the file to the record.
 
+use runner::plan::Plan;
 use runner::prepare;
 use runner::run::{Ending, RunOptions, RunOutcome, Silent, execute};
 use runner::scene::{load, load_str};
+use runner::system::{Element, System as _};
+use runner::world::World;
+use runner::world::liquid::{LiquidState, LiquidWorld};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,11 +21,6 @@ fn run(text: &str, set: &[&str], options: RunOptions) -> RunOutcome {
 
 fn into(folder: &Path) -> RunOptions {
     RunOptions { out: folder.to_owned(), ..RunOptions::default() }
-}
-
-fn scene(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/liquid").join(name);
-    fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
 fn files(folder: &Path) -> Vec<PathBuf> {
@@ -143,4 +142,139 @@ fn a_liquid_cut_short_and_resumed_ends_in_the_same_bytes() {
         assert_eq!(resumed.ending, Ending::Completed);
         assert!(results(whole.path()) == results(cut.path()), "other bytes after a resume");
     }
+}
+
+/// The world of a scene without strands.
+fn world(text: &str, set: &[&str]) -> World {
+    let set: Vec<String> = set.iter().map(|order| (*order).to_owned()).collect();
+    let scene = load_str(text, "liquid.ron", &set).unwrap_or_else(|error| panic!("{}", error.lines().join("\n"))).scene;
+    let plan = Plan::for_scene(&scene).unwrap();
+    World::build(&scene, &plan, &[]).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The stages of the runner do what the library's own stepper does, to the bit.
+#[test]
+fn the_runner_changes_nothing_about_the_physics() {
+    let text = "Scene(units: Cgs, time: (end: 1, step: Fixed(1e-3)), gravity: [0, -981, 0],
+        materials: { \"sauce\": Liquid(preset: \"oyster-sauce\") },
+        liquid: (cell: 0.5, particles_per_cell: 8,
+            tanks: [(material: \"sauce\", shape: Sphere(center: [0, 0, 0], radius: 1.2), velocity: [30, -10, 0], spin: [0, 3, 8])]))";
+    let mut world = world(text, &[]);
+    let (Some(LiquidState::Three(state)), Some(LiquidWorld::Three(flow))) = (&world.state.liquid, &world.liquid) else {
+        panic!("the liquid is not there");
+    };
+    let (mut particles, materials, settings) = (state.particles.clone(), flow.materials.clone(), flow.settings);
+    let (body, lattice) = (flow.body, *flow.grid.lattice());
+    let mut alone = mpm::LiquidStepper::new(lattice);
+    let none: [mpm::NoSolid; 0] = [];
+    let dt = 1e-3;
+    for step in 0..10 {
+        world.advance(f64::from(step) * dt, dt).unwrap();
+        alone
+            .advance(&mut particles, &materials, &none, &none, &body, dt, u64::try_from(step).unwrap(), &settings)
+            .unwrap();
+    }
+    let Some(LiquidState::Three(state)) = &world.state.liquid else { panic!("the liquid went away") };
+    assert!(state.particles == particles, "the runner and the library part ways");
+    assert!(state.steps == 10);
+}
+
+/// Until liquid flows in nothing is allocated, no stage does anything, and no step is limited.
+#[test]
+fn liquid_lies_dormant_until_it_flows() {
+    let text = "Scene(units: Cgs, time: (end: 0.05, step: Adaptive(max: 1e-2)), gravity: [0, -981, 0],
+        materials: { \"cream\": Liquid(preset: \"shaving-cream\") },
+        liquid: (cell: 0.5, particles_per_cell: 8,
+            sources: [(material: \"cream\", shape: Sphere(center: [0, 0, 0], radius: 1), velocity: [0, -10, 0], during: (0.03, 1))]))";
+    let mut world = world(text, &[]);
+    assert!(world.step_limits().is_empty());
+    world.advance(0.0, 1e-2).unwrap();
+    let (Some(state), Some(LiquidWorld::Three(flow))) = (&world.state.liquid, &world.liquid) else { panic!() };
+    assert!(state.is_empty() && flow.grid.blocks.block_count() == 0 && flow.grid.bytes() == 0);
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = run(text, &[], into(folder.path()));
+    assert_eq!(outcome.ending, Ending::Completed);
+    let columns = series(folder.path());
+    assert_eq!(columns["liquid_particles"][1], 0.0);
+    assert!(last(&columns, "liquid_particles") > 100.0);
+    assert!(last(&columns, "liquid_mass_defect").abs() < 1e-13);
+}
+
+/// Every part can be switched off by the scene: the plan says so, and the run goes on without it.
+#[test]
+fn parts_of_the_liquid_can_be_switched_off() {
+    let off = [
+        ("Advection", None),
+        ("Pressure", Some("pressure_iterations")),
+        ("Resampling", Some("liquid_split")),
+        ("Shear", Some("shear_iterations")),
+        ("PlasticFlow", None),
+        ("Compressibility", None),
+    ];
+    for (name, column) in off {
+        let set = format!("disable=[{name}]");
+        let scene = load_str(DROP_3D, "drop.ron", &[set.clone()]).unwrap().scene;
+        let plan = Plan::for_scene(&scene).unwrap();
+        assert!(plan.to_string().contains(&format!("off: {name}")), "{plan}");
+        let runs = |stage: &str| plan.active().any(|active| active.name == stage);
+        assert_eq!(runs("resample"), name != "Resampling");
+        assert_eq!(runs("liquid_plasticity"), !["Shear", "PlasticFlow"].contains(&name));
+        assert_eq!(runs("tearing"), !["Shear", "PlasticFlow"].contains(&name));
+        let folder = tempfile::tempdir().unwrap();
+        let outcome = run(DROP_3D, &[&set, "time.end=0.01", "output.frames=Never"], into(folder.path()));
+        assert_eq!(outcome.ending, Ending::Completed, "{name}");
+        let columns = series(folder.path());
+        if let Some(column) = column {
+            assert!(!columns.contains_key(column), "{name} leaves the column {column}");
+        }
+        match name {
+            "Advection" => assert_eq!(columns["liquid_low_y"][0], last(&columns, "liquid_low_y")),
+            "Compressibility" => assert_eq!(last(&columns, "liquid_max_volume_ratio"), 1.0),
+            "PlasticFlow" => assert_eq!(last(&columns, "liquid_yielded"), 0.0),
+            _ => {}
+        }
+    }
+}
+
+/// All scenes of the folder load, plan, are estimated, and take their first steps; two small ones run whole.
+#[test]
+fn the_scenes_of_the_folder_are_sound() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/liquid");
+    let mut count = 0;
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let loaded = load(&path, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let estimate = prepare::estimate(&loaded.scene).unwrap();
+        let expected = estimate.liquid.unwrap();
+        let mut job = prepare::job(loaded, 1).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        let (mut time, mut dt) = (0.0, 1e-3);
+        for _ in 0..2 {
+            dt = job.system.step_limits().iter().map(|limit| limit.seconds).fold(dt, f64::min);
+            job.system.advance(time, dt).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+            time += dt;
+        }
+        let particles = job.system.summary()["particles"].as_f64().unwrap();
+        if expected.at_start > 0.0 {
+            let ratio = expected.at_start / particles;
+            assert!((0.8..1.25).contains(&ratio), "{}: {expected:?}, there are {particles}", path.display());
+        } else {
+            assert!(expected.particles > particles, "{}: {expected:?}, there are {particles}", path.display());
+        }
+        assert!(estimate.memory > 0.0 && estimate.to_string().contains("particles"), "{estimate}");
+        count += 1;
+    }
+    assert!(count >= 15, "{count} scenes");
+}
+
+/// A step that deforms the liquid too much is refused by stage and particle, halved, and the run says so.
+#[test]
+fn a_step_that_is_far_too_long_is_refused_by_name() {
+    let text = "Scene(units: Si, time: (end: 1, step: Fixed(0.05)),
+        materials: { \"cream\": Liquid(preset: \"shaving-cream\") },
+        liquid: (cell: 5e-3, particles_per_cell: 4, dimensions: Two,
+            tanks: [(material: \"cream\", shape: Box(center: [0, 0.05, 0], half_size: [0.02, 0.04, 1]), spin: [0, 0, 300])]))";
+    let mut world = world(text, &[]);
+    let rejection = (0..5).find_map(|step| world.advance(0.05 * f64::from(step), 0.05).err()).expect("a refusal");
+    assert!(matches!(rejection.element, Some(Element::Particle(_))), "{rejection}");
+    assert!(rejection.to_string().contains("particle"), "{rejection}");
 }

@@ -18,5 +18,7 @@ fn deform<const D: usize>(flow: &mut Flow<D>, state: &mut FlowState<D>, step: St
     let compressible = flow.settings.compressibility;
     let result = mpm::deformation::deformation(particles, &flow.materials, &mut flow.previous, step.dt, compressible);
     flow.report.deformation = result.map_err(|error| rejection("deformation", &error, &particles.id))?;
-    finite::strains("deformation", particles)
+    finite::strains("deformation", particles)?;
+    flow.report.released = flow.settle_volume(state);
+    Ok(())
 }

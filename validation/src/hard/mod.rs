@@ -4,6 +4,7 @@
 //! scenes/hard/NAME.ron ─► scene, world, stepper, record (in a folder of its own) ─► series, frames ─► pass condition
 //! ```
 
+mod liquid;
 mod scene_run;
 mod strands;
 mod yarn;
@@ -21,5 +22,6 @@ pub(crate) const OVERRIDE: &[Param] =
 pub fn cases() -> Vec<Case> {
     let mut cases = strands::cases();
     cases.extend(yarn::cases());
+    cases.extend(liquid::cases());
     cases
 }

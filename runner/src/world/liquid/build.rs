@@ -276,9 +276,6 @@ fn moving<const D: usize>(
     let refuse = |what: String| BuildError::Liquid { name: name.to_owned(), what };
     let shape = describe(volume, mesh_unit(scene)).build(Path::new("")).map_err(|error| refuse(error.to_string()))?;
     let described = scene.script(motion);
-    if described.iter().any(|part| matches!(part, crate::scene::motion::Motion::Scale(_))) {
-        return Err(refuse("what liquid flows in and out of cannot grow or shrink".to_owned()));
-    }
     let planar = if D == 2 {
         planar::check_motion(described).map_err(refuse)?;
         let planar = planar::shape(volume).map_err(refuse)?;

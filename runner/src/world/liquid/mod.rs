@@ -6,6 +6,8 @@
 //! sources    stage 0: sources, drains, the domain            limits     the largest stable step and why
 //! coupling   what strands do to the liquid, between the named steps of stage 6
 //! finite     no number that is not finite leaves a stage      measure    columns and figures
+//! tension    volume ratios that no pressure watches
+//! estimate   how much of it there will be, without building it
 //! picture    particles, slices and outlines for frames        probe      a point that is followed
 //! ```
 //!
@@ -14,6 +16,7 @@
 
 pub mod build;
 pub mod coupling;
+pub mod estimate;
 pub mod finite;
 pub mod limits;
 pub mod measure;
@@ -22,6 +25,7 @@ pub mod planar;
 pub mod probe;
 pub mod solids;
 pub mod sources;
+pub mod tension;
 
 use mpm::deformation::PreviousStrain;
 use mpm::{
@@ -132,6 +136,8 @@ pub struct FlowReport {
     pub projection: Option<PressureReport>,
     /// Momentum that particles took from the grid in excess of what was there, relative to the sum of magnitudes.
     pub transfer_defect: f64,
+    /// Particles in no liquid cell whose volume had to be set to that of no pressure.
+    pub released: usize,
     /// Deformation of the particles.
     pub deformation: DeformationReport,
     /// Advection.

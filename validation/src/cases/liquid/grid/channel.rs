@@ -19,7 +19,7 @@ pub const CASE: Case = Case {
         Param::number("dt", 1e-3, "s", "largest step"),
         Param::count("newton", 1, "Newton iterations of the shear solve"),
         Param::text("operator", "quadrature", "shear operator: quadrature or particles"),
-        Param::text("tangent", "symmetric", "tangent: symmetric or definite"),
+        Param::text("tangent", "symmetric", "tangent: symmetric, definite or secant"),
         Param::number("tolerance", 1e-6, "1", "relative tolerance of the shear solve"),
         Param::text("coupling", "once", "shear and pressure: once, twice (shear again after it), projected (and it again)"),
         Param::number(
@@ -86,7 +86,8 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
     settings.shear.tangent = match p.text("tangent")? {
         "symmetric" => Tangent::Symmetric,
         "definite" => Tangent::PositiveDefinite,
-        _ => return Err(p.reject("tangent", "symmetric or definite")),
+        "secant" => Tangent::Secant,
+        _ => return Err(p.reject("tangent", "symmetric, definite or secant")),
     };
     setup::couple(&mut settings, p)?;
     let mut run = Run::new(lattice, particles, materials, &walls, body, settings);

@@ -34,6 +34,8 @@ pub struct CellFields {
     pub liquid_distance: Vec<f64>,
     /// Distance to the nearest solid, negative inside it [m].
     pub solid_distance: Vec<f64>,
+    /// Share of the kernel around the cell that solids leave open [1].
+    pub kernel_open: Vec<f64>,
     /// Average volume ratio of the liquid [1].
     pub volume_ratio: Vec<f64>,
     /// Compliance, one over the bulk modulus [1/Pa]; zero where the volume is rigid.
@@ -190,6 +192,7 @@ impl<const D: usize> LiquidGrid<D> {
         let cells = c.liquid_fraction.capacity()
             + c.liquid_distance.capacity()
             + c.solid_distance.capacity()
+            + c.kernel_open.capacity()
             + c.volume_ratio.capacity()
             + c.compliance.capacity()
             + c.pressure.capacity();

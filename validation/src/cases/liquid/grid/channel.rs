@@ -17,9 +17,10 @@ pub const CASE: Case = Case {
         Param::number("width", 0.01, "m", "distance of the plates"),
         Param::number("mean", 0.01, "m/s", "mean speed"),
         Param::number("dt", 1e-3, "s", "largest step"),
-        Param::count("newton", 1, "Newton iterations of the shear solve"),
+        Param::count("newton", 4, "most Newton iterations of the shear solve"),
+        Param::number("newton_tolerance", 0.05, "1", "relative residual at which Newton stops"),
         Param::text("operator", "quadrature", "shear operator: quadrature or particles"),
-        Param::text("tangent", "symmetric", "tangent: symmetric or definite"),
+        Param::text("tangent", "symmetric", "tangent: symmetric, definite or secant"),
         Param::number("tolerance", 1e-6, "1", "relative tolerance of the shear solve"),
         Param::text("coupling", "once", "shear and pressure: once, twice (shear again after it), projected (and it again)"),
         Param::number(
@@ -77,6 +78,7 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
     let body = Vector::<2>::new(gradient / liquid.density, 0.0);
     let mut settings = LiquidSettings { particles_per_axis: per_axis, ..Default::default() };
     settings.shear.newton_iterations = p.count_in("newton", 1, 20)?;
+    settings.shear.newton_tolerance = p.positive("newton_tolerance")?;
     settings.shear.pcg.tolerance = p.positive("tolerance")?;
     settings.shear.operator = match p.text("operator")? {
         "quadrature" => ShearOperator::CellQuadrature,
@@ -86,7 +88,8 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
     settings.shear.tangent = match p.text("tangent")? {
         "symmetric" => Tangent::Symmetric,
         "definite" => Tangent::PositiveDefinite,
-        _ => return Err(p.reject("tangent", "symmetric or definite")),
+        "secant" => Tangent::Secant,
+        _ => return Err(p.reject("tangent", "symmetric, definite or secant")),
     };
     setup::couple(&mut settings, p)?;
     let mut run = Run::new(lattice, particles, materials, &walls, body, settings);

@@ -187,7 +187,7 @@ fn liquid_lies_dormant_until_it_flows() {
         liquid: (cell: 0.5, particles_per_cell: 8,
             sources: [(material: \"cream\", shape: Sphere(center: [0, 0, 0], radius: 1), velocity: [0, -10, 0], during: (0.03, 1))]))";
     let mut world = world(text, &[]);
-    assert!(world.step_limits().is_empty());
+    assert!(world.step_limits().iter().all(|limit| limit.seconds > 1e-2), "the source alone looks ahead");
     world.advance(0.0, 1e-2).unwrap();
     let (Some(state), Some(LiquidWorld::Three(flow))) = (&world.state.liquid, &world.liquid) else { panic!() };
     assert!(state.is_empty() && flow.grid.blocks.block_count() == 0 && flow.grid.bytes() == 0);

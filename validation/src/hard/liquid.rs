@@ -20,7 +20,7 @@ pub fn cases() -> Vec<Case> {
         case("hard/liquid-thickening", "n = 2: flow stops in finite time", thickening),
         case("hard/liquid-no-resistance", "shear modulus without yield stress and consistency", no_resistance),
         case("hard/liquid-no-load", "nothing acts and nothing moves", no_load),
-        case("hard/liquid-stiff-elastic", "shear modulus 10⁸ Pa at a long step", stiff_elastic),
+        case("hard/liquid-stiff-elastic", "elastic waves that cross a cell and more in a step", stiff_elastic),
         case("hard/liquid-large-strain", "the tangent is indefinite", large_strain),
         case("hard/liquid-torn-thread", "a thread is drawn out and tears", torn_thread),
         case("hard/liquid-long-step", "steps that invert particles are halved", long_step),

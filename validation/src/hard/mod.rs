@@ -4,6 +4,7 @@
 //! scenes/hard/NAME.ron ─► scene, world, stepper, record (in a folder of its own) ─► series, frames ─► pass condition
 //! ```
 
+mod coupled;
 mod scene_run;
 mod strands;
 
@@ -18,5 +19,7 @@ pub(crate) const OVERRIDE: &[Param] =
 /// The hard scenes as cases.
 #[must_use]
 pub fn cases() -> Vec<Case> {
-    strands::cases()
+    let mut cases = coupled::cases();
+    cases.extend(strands::cases());
+    cases
 }

@@ -15,7 +15,7 @@ fn an_imported_scene_is_written_checked_and_not_overwritten() {
     let output = run(&args);
     assert_eq!(output.status.code(), Some(0), "{}", code_and_errors(&output).1);
     let told = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(told.contains("strand.xml:10  StrandParameters/collisionMultiplier"), "{told}");
+    assert!(told.contains("strand.xml:12  StrandParameters/collisionMultiplier"), "{told}");
     assert_eq!(run(&["check", out.to_str().unwrap()]).status.code(), Some(0));
     let (code, errors) = code_and_errors(&run(&args));
     assert_eq!(code, Some(2));

@@ -88,14 +88,14 @@ pub fn momentum<const D: usize>(model: &YarnModel<D>, state: &YarnState<D>) -> M
     Momentum { linear, angular }
 }
 
-/// Magnitude of the linear momentum [N s] by plain sums, for use as a scale; the same bits for any number of threads.
+/// Sum of the magnitudes of all momenta [N s] by plain sums, for use as a scale; the same bits for any number of threads.
 pub(crate) fn size_of_momentum<const D: usize>(model: &YarnModel<D>, state: &YarnState<D>) -> f64 {
     let chunk = |k: usize| {
         let range = k * CHUNK..((k + 1) * CHUNK).min(model.len());
-        range.fold(SVector::<f64, D>::zeros(), |sum, i| sum + state.velocity[i] * model.lumped_mass(i))
+        range.fold(0.0, |sum, i| sum + state.velocity[i].norm() * model.lumped_mass(i))
     };
-    let parts: Vec<SVector<f64, D>> = (0..model.len().div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
-    parts.iter().fold(SVector::zeros(), |sum: SVector<f64, D>, part| sum + part).norm()
+    let parts: Vec<f64> = (0..model.len().div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
+    parts.iter().sum()
 }
 
 /// Tension [N] of segment `i`, positive in tension: axial traction of its ends.

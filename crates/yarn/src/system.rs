@@ -296,7 +296,7 @@ impl<const D: usize> YarnSystem<D> {
         diagnostics::momentum(&self.model, &self.state)
     }
 
-    /// Momentum that the ledger does not account for, relative to the largest momentum there has been.
+    /// Momentum that the ledger does not account for, relative to the largest sum of the magnitudes of momenta there has been.
     #[must_use]
     pub fn momentum_defect(&self) -> f64 {
         let ledger = &self.state.ledger;

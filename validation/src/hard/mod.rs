@@ -5,6 +5,7 @@
 //! ```
 
 mod coupled;
+mod friction;
 mod liquid;
 mod scene_run;
 mod strands;
@@ -25,5 +26,6 @@ pub fn cases() -> Vec<Case> {
     cases.extend(yarn::cases());
     cases.extend(liquid::cases());
     cases.extend(coupled::cases());
+    cases.extend(friction::cases());
     cases
 }

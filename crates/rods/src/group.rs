@@ -103,6 +103,9 @@ pub(crate) struct Tolerance {
     pub energy: f64,
     /// Length of a negligible displacement \[m\].
     pub displacement: f64,
+    /// Parts of `force` and `torque` that are round-off, per displacement of the step \[N/m, N\]: displacements are known
+    /// to their own last digit, which a stiff edge turns into a force, however small the edge.
+    pub per_displacement: [f64; 2],
 }
 
 pub(crate) struct Group {
@@ -358,6 +361,7 @@ impl Group {
             torque: relative * (scale * thick + inertia_max * spin * inv_tau) + stiff_torque,
             energy: 64.0 * f64::EPSILON * f64::EPSILON * energy,
             displacement: 1e-12 * longest,
+            per_displacement: [32.0 * f64::EPSILON * stiff_force / shortest, stiff_torque / shortest],
         };
     }
 

@@ -360,7 +360,10 @@ impl Group {
                 }
                 let (t, report) = (&self.tolerance[l], &mut self.reports[l]);
                 let before = report.residual;
-                report.residual = (force[l] / t.force).max(torque[l] / t.torque);
+                // zero before the first iteration, where the tolerance is the strictest
+                let far = slope.size[l];
+                let allowed = (t.force + t.per_displacement[0] * far, t.torque + t.per_displacement[1] * far);
+                report.residual = (force[l] / allowed.0).max(torque[l] / allowed.1);
                 if force[l].is_nan() {
                     report.residual = f64::INFINITY;
                 }

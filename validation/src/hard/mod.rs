@@ -4,6 +4,7 @@
 //! scenes/hard/NAME.ron ─► scene, world, stepper, record (in a folder of its own) ─► series, frames ─► pass condition
 //! ```
 
+mod contact;
 mod coupled;
 mod friction;
 mod liquid;
@@ -27,5 +28,6 @@ pub fn cases() -> Vec<Case> {
     cases.extend(liquid::cases());
     cases.extend(coupled::cases());
     cases.extend(friction::cases());
+    cases.extend(contact::cases());
     cases
 }

@@ -230,33 +230,55 @@ fn strand_solid(
     });
 }
 
-/// Keeps at most `limit` contacts per edge, the nearest first (ties by key), then orders what is left by key and place.
+/// Keeps at most `limit` contacts with strands per edge, then orders what is left by key and place.
+///
+/// Of each other strand the nearest contact comes first, then the second of each, and so on, nearest first (ties by key):
+/// where edges of parallel strands lie side by side, a neighbour would else crowd out the others by its two ends. Contacts
+/// with solids are few (three per edge and solid) and all stay.
 fn prune(contacts: &mut Vec<Contact>, edges: &[(u32, u32)], strands: &Strands<'_>, limit: usize) {
     let order =
         |x: &Contact, y: &Contact| x.key.cmp(&y.key).then(x.alpha.total_cmp(&y.alpha)).then(x.beta.total_cmp(&y.beta));
     let slot = |e: (u32, u32)| (strands.first_vertex[e.0 as usize] + e.1) as usize;
     let mut count = vec![0usize; strands.start.len().max(edges.len())];
-    for c in contacts.iter() {
+    for c in contacts.iter().filter(|c| !c.with_solid()) {
         count[slot(c.key.a)] += 1;
-        if !c.with_solid() {
-            count[slot(c.key.b)] += 1;
-        }
+        count[slot(c.key.b)] += 1;
     }
-    // pairs come out ordered already; only crowded edges need the nearest-first pass
+    // pairs come out ordered already; only crowded edges need the ranking
     if count.iter().any(|n| *n > limit) {
         contacts.sort_unstable_by(|x, y| x.gap.total_cmp(&y.gap).then(order(x, y)));
+        // place of each contact among those of its edge with the same other strand, the larger of both views
+        let mut views: Vec<(usize, u32, u32)> = Vec::with_capacity(2 * contacts.len());
+        for (i, c) in contacts.iter().enumerate().filter(|(_, c)| !c.with_solid()) {
+            views.push((slot(c.key.a), c.key.b.0, i as u32));
+            views.push((slot(c.key.b), c.key.a.0, i as u32));
+        }
+        views.sort_unstable();
+        let mut rank = vec![0u32; contacts.len()];
+        let mut place = 0;
+        for (n, view) in views.iter().enumerate() {
+            let same = n > 0 && (views[n - 1].0, views[n - 1].1) == (view.0, view.1);
+            place = if same { place + 1 } else { 0 };
+            rank[view.2 as usize] = rank[view.2 as usize].max(place);
+        }
+        let mut by_rank: Vec<u32> = (0..contacts.len() as u32).collect();
+        // stable: within a rank they stay nearest first
+        by_rank.sort_by_key(|i| rank[*i as usize]);
         count.fill(0);
-        contacts.retain(|c| {
-            let (a, b) = (slot(c.key.a), (!c.with_solid()).then(|| slot(c.key.b)));
-            if count[a] >= limit || b.is_some_and(|b| count[b] >= limit) {
-                return false;
-            }
-            count[a] += 1;
-            if let Some(b) = b {
+        let mut kept = Vec::with_capacity(contacts.len());
+        for i in by_rank {
+            let c = contacts[i as usize];
+            if !c.with_solid() {
+                let (a, b) = (slot(c.key.a), slot(c.key.b));
+                if count[a] >= limit || count[b] >= limit {
+                    continue;
+                }
+                count[a] += 1;
                 count[b] += 1;
             }
-            true
-        });
+            kept.push(c);
+        }
+        *contacts = kept;
     }
     contacts.sort_unstable_by(order);
 }

@@ -134,6 +134,21 @@ impl BlockMatrix {
         s
     }
 
+    /// The same where most of `x` is zero, as the impulses of open contacts are: their blocks are not read.
+    #[inline]
+    #[must_use]
+    pub fn row_product_sparse(&self, i: usize, x: &[Vec3]) -> Vec3 {
+        let (columns, blocks) = self.row(i);
+        let mut s = [0.0; 3];
+        for (j, b) in columns.iter().zip(blocks) {
+            let x = &x[*j as usize];
+            if *x != [0.0; 3] {
+                mat_vec_add(b, x, &mut s);
+            }
+        }
+        s
+    }
+
     /// All blocks as `(row, column, block)`.
     pub fn iter(&self) -> impl Iterator<Item = (usize, usize, &Block)> + '_ {
         (0..self.len()).flat_map(move |i| {

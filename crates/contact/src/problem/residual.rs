@@ -93,7 +93,7 @@ pub fn residual(w: &BlockMatrix, q: &[Vec3], friction: &[f64], r: &[Vec3], scali
 pub fn residual_parts(w: &BlockMatrix, q: &[Vec3], friction: &[f64], r: &[Vec3], scaling: Scaling) -> ResidualParts {
     let mut parts = ResidualParts::default();
     for k in 0..w.len() {
-        let s = w.row_product(k, r);
+        let s = w.row_product_sparse(k, r);
         let u = [s[0] + q[k][0], s[1] + q[k][1], s[2] + q[k][2]];
         parts.add(&r[k], &u, &q[k], friction[k], scaling.weight(w, k));
     }

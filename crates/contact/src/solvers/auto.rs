@@ -31,7 +31,7 @@ const FIRST_SWEEPS: usize = 20;
 const NEWTON_PRODUCTS: usize = 100_000_000;
 
 /// Factorisations that a Newton solve takes as a rule.
-const NEWTON_FACTORS: usize = 20;
+const NEWTON_FACTORS: usize = 10;
 
 /// Cost of a local solve in block-vector products.
 const LOCAL_SOLVE: usize = 30;
@@ -128,8 +128,13 @@ impl GroupSolver for Auto {
         }
         // turns of sweeps and Newton from where they lead: each moves on where the other is stuck
         let warm = Newton { max_iterations: self.max_newton_iterations, attempts: &WARM, ..Newton::default() };
-        let turn =
-            GaussSeidel { max_sweeps: self.max_sweeps / TURNS, check_every: 25, local: self.local, patience: None, window: WINDOW };
+        let turn = GaussSeidel {
+            max_sweeps: self.max_sweeps / TURNS,
+            check_every: 25,
+            local: self.local,
+            patience: None,
+            window: WINDOW,
+        };
         for _ in 0..TURNS {
             outcome = turn.solve(group, r).after(&outcome);
             if outcome.status.is_converged() {

@@ -147,7 +147,7 @@ fn sweep(
 ) -> ResidualParts {
     let mut parts = ResidualParts::default();
     for k in 0..group.len() {
-        let mut u = group.w.row_product(k, r);
+        let mut u = group.w.row_product_sparse(k, r);
         for i in 0..3 {
             u[i] += group.q[k][i];
         }

@@ -157,8 +157,7 @@ impl Newton<'_> {
             let mut lu = BlockLu::new(elimination);
             for attempt in self.attempts {
                 let start = best.r.clone();
-                let (s, i) =
-                    path::follow(group, elimination, &mut lu, attempt, &start, self.max_iterations, &mut best);
+                let (s, i) = path::follow(group, elimination, &mut lu, attempt, &start, self.max_iterations, &mut best);
                 status = s;
                 iterations += i;
                 if best.residual <= group.tolerance {

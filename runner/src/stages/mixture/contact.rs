@@ -32,7 +32,7 @@ use crate::world::contact::memory::{ContactMemory, Place};
 use crate::world::contact::{ContactWorld, StepFigures};
 
 /// Rounds beyond those that the scene asks for, in which contacts are added that the impulses themselves made.
-const MOST_ADDITIONS: usize = 4;
+const MOST_ADDITIONS: usize = 16;
 
 /// Turn of an edge by contact impulses \[rad\] up to which linearised rods are true enough: the stretch that a turn feigns
 /// is half its square. Beyond it the rods are solved anew with the impulses, and the contacts posed again.
@@ -50,12 +50,14 @@ const UNSEEN_MOTION: f64 = 0.5;
 /// Overlap at the end of the step, in radii, that a contact without a part in the problem may have.
 const UNPOSED_OVERLAP: f64 = 1e-3;
 
-/// Gaps at the end of the step, in radii, below which contacts are posed along with those that close, in the third round
-/// and on.
-const NEAR: [f64; 2] = [0.02, 0.1];
+/// Gap at the end of the step, in radii, below which contacts are posed along with those that close, in later rounds.
+const NEAR: f64 = 0.01;
 
-/// Round from which all contacts in view are posed where any closes.
-const ALL_IN_VIEW: usize = 2 + NEAR.len();
+/// Gap at the end of the step, in radii, beyond which a contact without impulse leaves the problem.
+const RELEASE: f64 = 0.05;
+
+/// Rounds in which contacts may leave the problem; later on it only grows, so that the rounds come to an end.
+const ROUNDS_OF_RELEASE: usize = 6;
 
 /// Share of an overlap that one step pushes apart (spec A.7).
 const STABILISATION: f64 = 0.2;
@@ -88,6 +90,7 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
     let most_rounds = contact.relinearisations + MOST_ADDITIONS + MOST_TURNS;
     for round in 0..most_rounds {
         if contact.lists.active.is_empty() {
+            posed = None;
             break;
         }
         let begin = Instant::now();
@@ -149,6 +152,11 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         contact.moisten(rods, films, memory, &fields, known);
         if !woken && !grown && !nonlinear {
             break;
+        }
+        // what the last round would add stays without impulse in this step: told like a problem that was not solved
+        memory.warnings += u64::from(last && (woken || grown));
+        if round < ROUNDS_OF_RELEASE {
+            contact.release(&fields);
         }
     }
 
@@ -267,20 +275,14 @@ impl ContactWorld {
 
     /// Poses those of the contacts in view that would overlap at the end of the step; those that stay open need no
     /// impulse, and leaving them out is exact as long as none of them closes. Returns whether there were any.
-    ///
-    /// Round by round contacts that are merely near are posed along with them, and in the end all that are in view, so
-    /// that a chain of contacts does not close one link a round.
     fn wake(&mut self, solids: &[&dyn SolidField], round: usize, was_pressed: impl Fn(&Contact) -> bool) -> bool {
         // a bridge of liquid pulls across a gap: wet contacts need an impulse without closing
         let wet = self.cohesion.is_some();
         let lists = &mut self.lists;
         // what impulses bring nearer than that is pushed apart in the next step
         let allowed = if round == 0 { 0.0 } else { UNPOSED_OVERLAP * self.smallest_radius };
-        let near = match round {
-            0 | 1 => -allowed,
-            2..ALL_IN_VIEW => NEAR[round - 2] * self.smallest_radius,
-            _ => f64::INFINITY,
-        };
+        // from the third round on what is merely near goes along, so that a chain does not close one link a round
+        let near = if round < 3 { -allowed } else { NEAR * self.smallest_radius };
         let mut spare = std::mem::take(&mut lists.spare);
         let gap = |c: &Contact| motion::end_gap(c, lists, &self.first_vertex, solids);
         let gaps: Vec<f64> = spare.iter().map(gap).collect();
@@ -299,6 +301,28 @@ impl ContactWorld {
         });
         lists.spare = spare;
         lists.active.len() > before
+    }
+
+    /// Takes contacts without impulse that are far from closing out of the problem again. The first impulses go to contacts
+    /// that hold what others would have held; what they close in passing need not stay.
+    fn release(&mut self, solids: &[&dyn SolidField]) {
+        let lists = &mut self.lists;
+        let mut kept = 0;
+        for i in 0..lists.active.len() {
+            let c = lists.active[i];
+            let open = lists.impulses[i] == [0.0; 3];
+            if open && motion::end_gap(&c, lists, &self.first_vertex, solids) > RELEASE * self.smallest_radius {
+                lists.spare.push(c);
+                continue;
+            }
+            lists.active[kept] = c;
+            lists.impulses[kept] = lists.impulses[i];
+            lists.states[kept] = lists.states[i];
+            kept += 1;
+        }
+        lists.active.truncate(kept);
+        lists.impulses.truncate(kept);
+        lists.states.truncate(kept);
     }
 
     /// Strands that touch something, in order.

@@ -5,6 +5,7 @@
 //! world     all state of strands and liquid; components are optional
 //! microgel  soft grains in the rheometer, another kind of scene
 //! yarn      yarns on a grid, the third kind of scene
+//! import    scenes of other programs → scene text
 //! plan      which stages this scene needs, and why
 //! stages    one file per stage of the algorithm
 //! system    the trait that strands and liquid, yarns and microgels share
@@ -14,6 +15,7 @@
 //! report, picture   a page with plots and pictures
 //! ```
 
+pub mod import;
 pub mod microgel;
 pub mod picture;
 pub mod plan;

@@ -22,7 +22,7 @@ const PLANE: &str = "Scene(units: Si, time: (end: 0.02, step: Adaptive(max: 1e-3
 )";
 
 /// A block large enough to be shared out among threads.
-const BLOCK: &str = "Scene(units: Si, time: (end: 0.0008, step: Adaptive(max: 1e-3)), gravity: [0, -9.8, 0],
+const BLOCK: &str = "Scene(units: Si, time: (end: 0.0008, step: Adaptive(max: 2e-4)), gravity: [0, -9.8, 0],
     materials: { \"wool\": Yarn(friction: 0.3) },
     solids: [(name: \"ball\", shape: Sphere(center: [0.1, -0.03, 0.1], radius: 0.05))],
     yarn: (cell: 0.015625, groups: [
@@ -161,7 +161,7 @@ fn every_shape_wall_path_and_law_can_be_named_in_a_scene() {
         "Polyline(points: [[0, 0, 0], [0.01, 0, 0]], rest_lengths: [0.009])",
         "File(file: \"lines.csv\")",
     ];
-    let base = "Scene(units: Si, time: (end: 1e-4, step: Adaptive(max: 1e-3)), materials: { \"wool\": Yarn() },
+    let base = "Scene(units: Si, time: (end: 1e-4, step: Adaptive(max: 1e-4)), materials: { \"wool\": Yarn() },
         yarn: (cell: 0.015625, groups: [(material: \"wool\", shape: Line(from: [0, 0, 0], to: [0.1, 0, 0]))]), output: (frames: Never))";
     let try_with = |set: &[String]| {
         let loaded =
@@ -204,7 +204,13 @@ fn compat_follows_the_printed_note() {
         let set = [&["yarn.groups[0].last=None"], set].concat();
         assert_eq!(run(PLANE, &set, into(folder.path())).ending, Ending::Completed);
         let frames = frame_files::list(&folder.path().join("frames")).unwrap();
-        frame_files::load(frames.last().unwrap()).unwrap().pieces[0].positions[5]
+        frame_files::load(frames.last().unwrap())
+            .unwrap()
+            .pieces
+            .iter()
+            .find(|piece| piece.name == "yarns")
+            .unwrap()
+            .positions[5]
     };
     let (own, printed) = (end(&[]), end(&["yarn.compat=true"]));
     assert!((own[0] - printed[0]).hypot(own[1] - printed[1]) > 1e-6);
@@ -244,7 +250,7 @@ fn the_scenes_of_the_folder_are_sound() {
 #[test]
 fn pictures_show_yarns_and_solids() {
     use runner::picture::{PictureOptions, still};
-    for (text, set) in [(PLANE, "yarn.motion=0.3"), (BLOCK, "time.end=2e-4")] {
+    for (text, set) in [(PLANE, "yarn.motion=0.3"), (BLOCK, "yarn.motion=0.2")] {
         let loaded = load_str(text, "picture.ron", &[set.to_owned()]).unwrap();
         let job = prepare::job(loaded, 1).unwrap();
         let frame = job.system.frame(0, 0.0);

@@ -359,12 +359,14 @@ impl Group {
                     continue;
                 }
                 let (t, report) = (&self.tolerance[l], &mut self.reports[l]);
+                let before = report.residual;
                 report.residual = (force[l] / t.force).max(torque[l] / t.torque);
                 if force[l].is_nan() {
                     report.residual = f64::INFINITY;
                 }
-                // a full exact Newton step this small leaves an error far below itself
+                // a full exact Newton step this small that no longer reduces the residual: round-off is all that is left
                 let settled = last_exact[l]
+                    && report.residual > 0.5 * before
                     && alpha[l] == 1.0
                     && slope.step[l] <= t.displacement + 1e-9 * slope.size[l]
                     && slope.step_angle[l] <= 1e-9;

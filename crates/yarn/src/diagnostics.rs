@@ -25,23 +25,23 @@ pub fn energy<const D: usize>(model: &YarnModel<D>, state: &YarnState<D>, gravit
         }
         0.5 * sum
     }));
-    let parts: Vec<[f64; 3]> = (0..n)
-        .into_par_iter()
-        .map(|i| {
-            if !model.has_segment(i) {
-                return [0.0; 3];
-            }
-            let law = &model.materials[model.material[i] as usize].law;
-            let f = match &model.world_frame {
-                Some(frames) if law.form == YarnForm::Printed => state.deformation[i] * frames[i].transpose(),
-                _ => state.deformation[i],
-            };
-            let frame = YarnFrame::new(&f);
-            let stretch = 0.5 * law.stretch_modulus * (frame.stretch - 1.0).powi(2);
-            let shear = 0.5 * law.shear_modulus * (frame.shear[0] * frame.shear[0] + frame.shear[1] * frame.shear[1]);
-            [law.energy(&f), stretch, shear].map(|density| model.volume[i] * density)
-        })
-        .collect();
+    let of_segment = |i: usize| {
+        if !model.has_segment(i) {
+            return [0.0; 3];
+        }
+        let law = &model.materials[model.material[i] as usize].law;
+        let f = match &model.world_frame {
+            Some(frames) if law.form == YarnForm::Printed => state.deformation[i] * frames[i].transpose(),
+            _ => state.deformation[i],
+        };
+        let frame = YarnFrame::new(&f);
+        let stretch = 0.5 * law.stretch_modulus * (frame.stretch - 1.0).powi(2);
+        let shear = 0.5 * law.shear_modulus * (frame.shear[0] * frame.shear[0] + frame.shear[1] * frame.shear[1]);
+        [law.energy(&f), stretch, shear].map(|density| model.volume[i] * density)
+    };
+    // Handing out a small job takes longer than doing it.
+    let parts: Vec<[f64; 3]> =
+        if n < 20_000 { (0..n).map(of_segment).collect() } else { (0..n).into_par_iter().map(of_segment).collect() };
     let [elastic, stretch, shear] = std::array::from_fn(|k| compensated_sum(parts.iter().map(|part| part[k])));
     let bending = compensated_sum((0..n).map(|i| bending_energy(model, i, &state.position)));
     let potential = compensated_sum((0..n).map(|i| {
@@ -88,14 +88,14 @@ pub fn momentum<const D: usize>(model: &YarnModel<D>, state: &YarnState<D>) -> M
     Momentum { linear, angular }
 }
 
-/// Magnitude of the linear momentum [N s] by plain sums, for use as a scale; the same bits for any number of threads.
+/// Sum of the magnitudes of all momenta [N s] by plain sums, for use as a scale; the same bits for any number of threads.
 pub(crate) fn size_of_momentum<const D: usize>(model: &YarnModel<D>, state: &YarnState<D>) -> f64 {
     let chunk = |k: usize| {
         let range = k * CHUNK..((k + 1) * CHUNK).min(model.len());
-        range.fold(SVector::<f64, D>::zeros(), |sum, i| sum + state.velocity[i] * model.lumped_mass(i))
+        range.fold(0.0, |sum, i| sum + state.velocity[i].norm() * model.lumped_mass(i))
     };
-    let parts: Vec<SVector<f64, D>> = (0..model.len().div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
-    parts.iter().fold(SVector::zeros(), |sum: SVector<f64, D>, part| sum + part).norm()
+    let parts: Vec<f64> = (0..model.len().div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
+    parts.iter().sum()
 }
 
 /// Tension [N] of segment `i`, positive in tension: axial traction of its ends.

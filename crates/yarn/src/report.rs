@@ -16,7 +16,7 @@ pub struct Ledger<const D: usize> {
     pub driven: SVector<f64, D>,
     /// From forces on nodes without mass, which no particle feels.
     pub lost: SVector<f64, D>,
-    /// Largest magnitude that momentum has had, the scale of the defect.
+    /// Largest sum of the magnitudes of all momenta that there has been, the scale of the defect.
     pub scale: f64,
 }
 

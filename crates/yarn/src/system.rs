@@ -10,7 +10,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use crate::boundary::Boundary;
 use crate::diagnostics;
 use crate::error::{YarnError, YarnWarning};
-use crate::limits::{step_limits, wave_limits};
+use crate::limits::{Rates, rates, step_limits};
 use crate::model::YarnModel;
 use crate::report::{Energy, Momentum, StepLimit, StepReport, YarnFrameData};
 use crate::settings::{OversizedStep, YarnSettings, gravity};
@@ -49,8 +49,8 @@ pub struct YarnSystem<const D: usize> {
     state: YarnState<D>,
     warnings: Vec<YarnWarning>,
     scratch: Scratch<D>,
-    /// Wave limits of the present state, once somebody has asked for them.
-    waves: OnceLock<(f64, f64)>,
+    /// What limits the next step, once somebody has asked for it.
+    rates: OnceLock<Rates>,
 }
 
 impl<const D: usize> YarnSystem<D> {
@@ -89,7 +89,7 @@ impl<const D: usize> YarnSystem<D> {
             state,
             warnings,
             scratch,
-            waves: OnceLock::new(),
+            rates: OnceLock::new(),
         })
     }
 
@@ -113,7 +113,7 @@ impl<const D: usize> YarnSystem<D> {
 
     /// The present state, to be changed by the caller (initial velocities, damping between steps).
     pub fn state_mut(&mut self) -> &mut YarnState<D> {
-        self.waves.take();
+        self.rates.take();
         &mut self.state
     }
 
@@ -147,7 +147,7 @@ impl<const D: usize> YarnSystem<D> {
             return Err(YarnError::NonFinite { yarn, vertex, quantity: "state", step: state.step });
         }
         self.state = state;
-        self.waves.take();
+        self.rates.take();
         Ok(())
     }
 
@@ -160,8 +160,18 @@ impl<const D: usize> YarnSystem<D> {
     /// All limits of the present step.
     #[must_use]
     pub fn step_limits(&self) -> Vec<StepLimit> {
-        let waves = *self.waves.get_or_init(|| wave_limits(&self.settings, &self.model, &self.state));
-        step_limits(&self.settings, waves, &self.boundary, &self.state)
+        step_limits(&self.settings, *self.rates(), &self.boundary, &self.state)
+    }
+
+    fn rates(&self) -> &Rates {
+        self.rates.get_or_init(|| rates(&self.settings, &self.model, &self.state))
+    }
+
+    /// Whether the system is so small that its steps are taken on one thread. A caller that already is on a pool of one thread saves
+    /// handing every step over.
+    #[must_use]
+    pub fn is_small(&self) -> bool {
+        self.model.len() < SMALL
     }
 
     /// The tightest limit, where there is one.
@@ -176,7 +186,7 @@ impl<const D: usize> YarnSystem<D> {
     /// A step too large, a vertex that left the domain, a number that stopped being finite, a solve that did not converge.
     /// The state is then undefined (keep a clone to go back to), except after [`YarnError::StepTooLarge`] of an undivided step.
     pub fn advance(&mut self, dt: f64) -> Result<StepReport<D>, YarnError> {
-        if self.model.len() < SMALL { alone(|| self.advance_here(dt)) } else { self.advance_here(dt) }
+        if self.is_small() { alone(|| self.advance_here(dt)) } else { self.advance_here(dt) }
     }
 
     fn advance_here(&mut self, dt: f64) -> Result<StepReport<D>, YarnError> {
@@ -226,11 +236,13 @@ impl<const D: usize> YarnSystem<D> {
         let momentum = diagnostics::size_of_momentum(&self.model, &self.state);
         let ledger = &mut self.state.ledger;
         ledger.scale = ledger.scale.max(momentum).max(ledger.initial.norm());
+        // The next step will want them; here they are gathered on the threads that are at work anyway.
+        self.rates();
         Ok(report)
     }
 
     fn substep(&mut self, dt: f64, report: &mut StepReport<D>) -> Result<(), YarnError> {
-        self.waves.take();
+        self.rates.take();
         let setting =
             Setting { settings: &self.settings, model: &self.model, boundary: &self.boundary, gravity: self.gravity };
         let outcome = step(&setting, &mut self.state, &mut self.scratch, dt)?;
@@ -284,7 +296,7 @@ impl<const D: usize> YarnSystem<D> {
         diagnostics::momentum(&self.model, &self.state)
     }
 
-    /// Momentum that the ledger does not account for, relative to the largest momentum there has been.
+    /// Momentum that the ledger does not account for, relative to the largest sum of the magnitudes of momenta there has been.
     #[must_use]
     pub fn momentum_defect(&self) -> f64 {
         let ledger = &self.state.ledger;

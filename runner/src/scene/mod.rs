@@ -30,7 +30,7 @@ pub mod load;
 pub mod materials;
 pub mod microgel;
 pub mod motion;
-mod obj;
+pub(crate) mod obj;
 pub mod output;
 pub mod parity;
 pub mod presets;

@@ -43,7 +43,7 @@ section! {
         /// Coulomb coefficient of sliding along the yarns.
         friction: f64 = [0.05] (Number, at_least(0.0).up_to(10.0)) "";
         /// Coulomb coefficient of yarns that pass each other sideways (three dimensions); default: as `friction`.
-        section_friction: Option<f64> = [None] (Number, at_least(0.0).up_to(10.0)) "";
+        section_friction: Option<f64> = [None] (Number, at_least(0.0).up_to(10.0)) "Below about 2 a lone yarn under a plate flows aside and loses its load; sheets and bundles hold themselves.";
         /// Resistance against bending.
         bending: YarnBending = [YarnBending::Rod(0.01)] () "The default is that of a hundred fibres that slide freely.";
     }

@@ -23,7 +23,7 @@ pub struct Probe {
 pub fn build(scene: &Scene, rods: &RodSet) -> Result<Vec<Probe>, BuildError> {
     let probes = scene.output.probes.iter().enumerate();
     probes
-        .filter(|(_, probe)| matches!(probe, Described::Vertex(_)))
+        .filter(|(_, probe)| scene.liquid.is_none() || !matches!(probe, Described::Point(_)))
         .map(|(index, probe)| one(probe, index, rods))
         .collect()
 }
@@ -45,7 +45,7 @@ fn one(probe: &Described, index: usize, rods: &RodSet) -> Result<Probe, BuildErr
             let name = v.name.clone().unwrap_or_else(|| format!("strand{}_vertex{vertex}", v.strand));
             Ok(Probe { name, vertex: range.start + vertex })
         }
-        Described::Point(_) => Err(refuse("a point in space probes liquid".to_owned())),
+        Described::Point(_) => Err(refuse("a point in space probes liquid, and the scene has none".to_owned())),
         Described::Yarn(_) => Err(refuse("a vertex of a yarn is probed, and the scene has no yarns".to_owned())),
     }
 }

@@ -205,30 +205,26 @@ fn extremes<const D: usize>(system: &YarnSystem<D>) -> [f64; 5] {
     const CHUNK: usize = 4096;
     let (model, state) = (system.model(), system.state());
     // Chunks have fixed borders and are summed in their order: the same bits for any number of threads.
-    let parts: Vec<([f64; 4], f64, f64)> = (0..model.len().div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|chunk| {
-            let (mut most, mut slip, mut segments) = ([f64::NEG_INFINITY, 0.0, f64::NEG_INFINITY, 0.0f64], 0.0, 0.0);
-            for i in chunk * CHUNK..((chunk + 1) * CHUNK).min(model.len()) {
-                if !model.has_segment(i) {
-                    continue;
-                }
-                let strain = state.deformation[i].column(0).norm() - 1.0;
-                let values = [
-                    diagnostics::tension(model, state, i),
-                    diagnostics::pressure(model, state, i),
-                    strain,
-                    state.slip[i],
-                ];
-                for (most, value) in most.iter_mut().zip(values) {
-                    *most = most.max(value);
-                }
-                slip += state.slip[i];
-                segments += 1.0;
+    let of_chunk = |chunk: usize| {
+        let (mut most, mut slip, mut segments) = ([f64::NEG_INFINITY, 0.0, f64::NEG_INFINITY, 0.0f64], 0.0, 0.0);
+        for i in chunk * CHUNK..((chunk + 1) * CHUNK).min(model.len()) {
+            if !model.has_segment(i) {
+                continue;
             }
-            (most, slip, segments)
-        })
-        .collect();
+            let strain = state.deformation[i].column(0).norm() - 1.0;
+            let values =
+                [diagnostics::tension(model, state, i), diagnostics::pressure(model, state, i), strain, state.slip[i]];
+            for (most, value) in most.iter_mut().zip(values) {
+                *most = most.max(value);
+            }
+            slip += state.slip[i];
+            segments += 1.0;
+        }
+        (most, slip, segments)
+    };
+    let chunks = 0..model.len().div_ceil(CHUNK);
+    let parts: Vec<([f64; 4], f64, f64)> =
+        if chunks.len() < 4 { chunks.map(of_chunk).collect() } else { chunks.into_par_iter().map(of_chunk).collect() };
     let (mut most, mut slip, mut segments) = ([f64::NEG_INFINITY, 0.0, f64::NEG_INFINITY, 0.0f64], 0.0, 0.0);
     for part in &parts {
         for (most, value) in most.iter_mut().zip(part.0) {

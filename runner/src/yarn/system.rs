@@ -46,6 +46,8 @@ pub struct YarnScene<const D: usize> {
     pub(super) totals: Totals,
     pub(super) report: Option<StepReport<D>>,
     pub(super) record: Record,
+    /// A yarn has left the domain: smaller steps would only come nearer to where it does.
+    refused: Option<Rejection>,
     kept: YarnState<D>,
     kept_totals: Totals,
     seconds: f64,
@@ -70,7 +72,7 @@ impl<const D: usize> YarnScene<D> {
         let record = Record::new(scene, section, &system, settings)?;
         let kept = system.state().clone();
         let totals = Totals { first_energy: system.energy().total(), ..Totals::default() };
-        Ok(Self { system, totals, report: None, record, kept, kept_totals: totals, seconds: 0.0 })
+        Ok(Self { system, totals, report: None, record, refused: None, kept, kept_totals: totals, seconds: 0.0 })
     }
 
     /// The yarns themselves.
@@ -123,9 +125,21 @@ impl<const D: usize> System for YarnScene<D> {
     }
 
     fn advance(&mut self, time: f64, dt: f64) -> Result<(), Rejection> {
+        if let Some(refused) = &self.refused {
+            return Err(refused.clone());
+        }
         let start = Instant::now();
         self.system.set_time(time);
-        let report = self.system.advance(dt).map_err(|error| rejection(&error))?;
+        let report = match self.system.advance(dt) {
+            Ok(report) => report,
+            Err(error) => {
+                let refused = rejection(&error);
+                if matches!(error, YarnError::LeftDomain { .. }) {
+                    self.refused = Some(refused.clone());
+                }
+                return Err(refused);
+            }
+        };
         let totals = &mut self.totals;
         totals.substeps += report.substeps as u64;
         totals.divided += u64::from(report.divided_by.is_some());
@@ -136,6 +150,10 @@ impl<const D: usize> System for YarnScene<D> {
         self.report = Some(report);
         self.seconds = start.elapsed().as_secs_f64();
         Ok(())
+    }
+
+    fn is_small(&self) -> bool {
+        self.system.is_small()
     }
 
     fn iterations(&self) -> usize {
@@ -159,6 +177,7 @@ impl<const D: usize> System for YarnScene<D> {
         let saved: Saved<D> = postcard::from_bytes(bytes).map_err(StateError::from_display)?;
         self.system.set_state(saved.state).map_err(StateError::from_display)?;
         self.totals = saved.totals;
+        self.refused = None;
         Ok(())
     }
 

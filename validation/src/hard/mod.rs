@@ -4,6 +4,7 @@
 //! scenes/hard/NAME.ron ─► scene, world, stepper, record (in a folder of its own) ─► series, frames ─► pass condition
 //! ```
 
+mod coupled;
 mod liquid;
 mod scene_run;
 mod strands;
@@ -23,5 +24,6 @@ pub fn cases() -> Vec<Case> {
     let mut cases = strands::cases();
     cases.extend(yarn::cases());
     cases.extend(liquid::cases());
+    cases.extend(coupled::cases());
     cases
 }

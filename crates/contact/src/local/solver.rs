@@ -42,6 +42,10 @@ pub struct LocalSolution {
 /// Residual below which a local answer is accepted without the fall-back.
 const ACCEPT: f64 = 1e-12;
 
+/// Dampings of the last fall-back, relative to the mean diagonal, and steps with each.
+const DAMPINGS: [f64; 4] = [1e-3, 1e-6, 1e-9, 1e-12];
+const PROXIMAL_STEPS: usize = 6;
+
 impl LocalContact {
     /// Prepares a contact.
     #[must_use]
@@ -111,10 +115,45 @@ impl LocalContact {
         for r in [best.impulse, *start, [0.0; 3]] {
             consider(self.newton(b, &project_cone(&r, self.friction)), &mut best);
             if best.residual <= ACCEPT {
+                return best;
+            }
+        }
+        for damping in DAMPINGS {
+            for r in self.damped(b, &best.impulse, damping) {
+                consider(r, &mut best);
+            }
+            if best.residual <= ACCEPT {
                 break;
             }
         }
         best
+    }
+
+    /// Iterates of the proximal-point method, whose blocks `W + ε` are as well conditioned as `ε` makes them: where the own
+    /// block is of rank one within round-off and the contact nearly jammed, nothing else is left.
+    fn damped(&self, b: &Vec3, start: &Vec3, damping: f64) -> [Vec3; PROXIMAL_STEPS] {
+        let shift = damping * trace(&self.block) / 3.0;
+        let mut w = self.block;
+        for i in 0..3 {
+            w[4 * i] += shift;
+        }
+        let near = LocalContact { block: w, ..*self };
+        let mut r = *start;
+        std::array::from_fn(|_| {
+            let moved = [0, 1, 2].map(|i| b[i] - shift * r[i]);
+            let mut least = f64::INFINITY;
+            let mut next = [0.0; 3];
+            let found = enumerative::candidates(&w, &moved, self.friction, 0.0);
+            let polished = near.newton(&moved, &r);
+            for candidate in found.as_slice().iter().chain([&polished]) {
+                let residual = near.residual(&moved, candidate);
+                if residual < least {
+                    (least, next) = (residual, *candidate);
+                }
+            }
+            r = next;
+            r
+        })
     }
 
     fn newton(&self, b: &Vec3, start: &Vec3) -> Vec3 {
@@ -140,7 +179,7 @@ impl LocalContact {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use proptest::test_runner::{Config, RngSeed, TestRunner};
+    use proptest::test_runner::{Config, TestRunner};
 
     fn random_block(h: &[f64], rows: usize, floor: f64) -> Block {
         let mut w = [0.0; 9];
@@ -156,13 +195,10 @@ mod tests {
     }
 
     /// 1e5 random blocks, from well conditioned to rank two and one: exact law to 1e-11, no failure, by either method.
-    ///
-    /// The seed is fixed: about one block in a few hundred thousand, of rank one to 1e-12 and nearly jammed, still fails.
     #[test]
     fn hundred_thousand_blocks_without_failure() {
         for method in [LocalMethod::Enumerative, LocalMethod::Newton] {
-            let seed = RngSeed::Fixed(1);
-            let config = Config { cases: 100_000, failure_persistence: None, rng_seed: seed, ..Config::default() };
+            let config = Config { cases: 100_000, failure_persistence: None, ..Config::default() };
             let mut runner = TestRunner::new(config);
             let strategy = (
                 proptest::collection::vec(-1.0..1.0f64, 12),

@@ -5,6 +5,7 @@ use super::admm::Admm;
 use super::gauss_seidel::GaussSeidel;
 use super::group::{Group, GroupOutcome, GroupSolver};
 use super::newton::{Attempt, Newton};
+use super::ordering::minimum_degree;
 use crate::block::Vec3;
 use crate::local::{LocalContact, LocalMethod};
 use crate::report::Method;
@@ -25,6 +26,21 @@ pub struct Auto {
 
 /// Sweeps before Newton: enough to settle loose groups and to start the others well.
 const FIRST_SWEEPS: usize = 20;
+
+/// Most block multiplications of one factorisation for which Newton is tried at all: a few seconds.
+const NEWTON_PRODUCTS: usize = 100_000_000;
+
+/// Factorisations that a Newton solve takes as a rule.
+const NEWTON_FACTORS: usize = 20;
+
+/// Cost of a local solve in block-vector products.
+const LOCAL_SOLVE: usize = 30;
+
+/// Sweeps below which a second run of them is not worth its start.
+const LEAST_SWEEPS: usize = 100;
+
+/// Sweeps that are combined in long runs.
+const WINDOW: usize = 8;
 
 /// Turns of the last resort.
 const TURNS: usize = 6;
@@ -69,16 +85,41 @@ impl GroupSolver for Auto {
             }
         }
         // a short run of sweeps: settles loose groups, and starts the others well
-        let first =
-            GaussSeidel { max_sweeps: FIRST_SWEEPS, check_every: 10, local: self.local, patience: Some(FIRST_SWEEPS) };
+        let first = GaussSeidel {
+            max_sweeps: FIRST_SWEEPS,
+            check_every: 10,
+            local: self.local,
+            patience: Some(FIRST_SWEEPS),
+            window: 0,
+        };
         let mut outcome = first.solve(group, r);
         if outcome.status.is_converged() {
             return outcome;
         }
-        let newton = Newton { max_iterations: self.max_newton_iterations, ..Newton::default() };
-        outcome = newton.solve(group, r).after(&outcome);
-        if outcome.status.is_converged() {
-            return outcome;
+        // what one Newton solve costs, counted in sweeps, decides how long sweeps are worth trying
+        let elimination = minimum_degree(group.w, NEWTON_PRODUCTS);
+        let products = elimination.as_ref().map_or(NEWTON_PRODUCTS, |e| e.block_products);
+        let sweep = group.w.block_count() + LOCAL_SOLVE * group.len();
+        let worth = NEWTON_FACTORS * products * 3 / sweep;
+        if worth >= LEAST_SWEEPS {
+            let long = GaussSeidel {
+                max_sweeps: worth.min(self.max_sweeps),
+                check_every: 10,
+                local: self.local,
+                patience: Some(worth.min(self.max_sweeps)),
+                window: WINDOW,
+            };
+            outcome = long.solve(group, r).after(&outcome);
+            if outcome.status.is_converged() {
+                return outcome;
+            }
+        }
+        if let Some(elimination) = &elimination {
+            let newton = Newton { max_iterations: self.max_newton_iterations, ..Newton::default() };
+            outcome = newton.solve_ordered(group, elimination, r).after(&outcome);
+            if outcome.status.is_converged() {
+                return outcome;
+            }
         }
         let admm = Admm { max_iterations: self.max_admm_iterations, ..Admm::default() };
         outcome = admm.solve(group, r).after(&outcome);
@@ -88,14 +129,15 @@ impl GroupSolver for Auto {
         // turns of sweeps and Newton from where they lead: each moves on where the other is stuck
         let warm = Newton { max_iterations: self.max_newton_iterations, attempts: &WARM, ..Newton::default() };
         let turn =
-            GaussSeidel { max_sweeps: self.max_sweeps / TURNS, check_every: 25, local: self.local, patience: None };
+            GaussSeidel { max_sweeps: self.max_sweeps / TURNS, check_every: 25, local: self.local, patience: None, window: WINDOW };
         for _ in 0..TURNS {
             outcome = turn.solve(group, r).after(&outcome);
             if outcome.status.is_converged() {
                 return outcome;
             }
+            let Some(elimination) = &elimination else { continue };
             let before = outcome.residual;
-            outcome = warm.solve(group, r).after(&outcome);
+            outcome = warm.solve_ordered(group, elimination, r).after(&outcome);
             if outcome.status.is_converged() {
                 return outcome;
             }

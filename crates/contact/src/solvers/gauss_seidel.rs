@@ -2,10 +2,12 @@
 //!
 //! Sweeps in fixed order, so the result is the same on any machine and thread count. Converges fast where contacts are
 //! few per body, crawls where they are redundant (a capsule lying on its side): then [`super::auto`] hands over.
+//! Long chains of contacts are sped up by Anderson acceleration, which is dropped wherever it does not reduce the change.
 
+use super::anderson::Anderson;
 use super::group::{Best, Group, GroupOutcome, GroupSolver};
 use crate::block::Vec3;
-use crate::law::natural_map;
+use crate::law::{natural_map, project_cone};
 use crate::local::{LocalContact, LocalMethod};
 use crate::problem::residual::ResidualParts;
 use crate::report::Method;
@@ -22,13 +24,18 @@ pub struct GaussSeidel {
     pub local: LocalMethod,
     /// Give up when the residual at the present rate would need more than this many further sweeps; `None`: never.
     pub patience: Option<usize>,
+    /// Sweeps whose outcome is combined (Anderson acceleration); 0: none.
+    pub window: usize,
 }
+
+/// Growth of the change of a sweep, relative to the smallest since the last restart, that ends an acceleration.
+const GROWTH: f64 = 2.0;
 
 impl GaussSeidel {
     /// A run of at most `max_sweeps` sweeps that never gives up before.
     #[must_use]
     pub fn new(max_sweeps: usize, local: LocalMethod) -> Self {
-        GaussSeidel { max_sweeps, check_every: 10, local, patience: None }
+        GaussSeidel { max_sweeps, check_every: 10, local, patience: None, window: 0 }
     }
 }
 
@@ -52,9 +59,12 @@ impl GroupSolver for GaussSeidel {
         let weights: Vec<f64> = (0..n).map(|k| group.scaling.weight(group.w, k)).collect();
         let mut sweeps = 0;
         let mut last_check = best.residual;
+        let mut slow_checks = 0;
+        let mut past = Past::new(self.window, group);
         while sweeps < self.max_sweeps {
             let batch = self.check_every.clamp(1, self.max_sweeps - sweeps);
             for i in 0..batch {
+                past.combine(group.friction, r);
                 let estimate = sweep(group, &locals, &weights, self.local, r);
                 sweeps += 1;
                 // the residual gathered while sweeping lags by one update a contact: a cheap reason to look early
@@ -73,13 +83,57 @@ impl GroupSolver for GaussSeidel {
             if let Some(patience) = self.patience {
                 let rate = (residual / last_check).powf(1.0 / batch as f64);
                 let needed = (group.tolerance / residual).ln() / rate.ln();
-                if !(rate < 1.0 && needed <= patience as f64) {
+                // while contacts still change their states one slow batch says little
+                slow_checks = if rate < 1.0 && needed <= patience as f64 { 0 } else { slow_checks + 1 };
+                if slow_checks > if self.window > 0 { 4 } else { 0 } {
                     return done(Status::Stalled, &best, sweeps, r);
                 }
             }
             last_check = residual;
         }
         done(Status::MaxIterations, &best, sweeps, r)
+    }
+}
+
+/// The sweeps so far, as acceleration needs them.
+struct Past {
+    anderson: Option<Anderson>,
+    /// Impulses before the last sweep; empty before the first.
+    before: Vec<Vec3>,
+    /// Smallest change of a sweep since the last restart.
+    smallest: f64,
+}
+
+impl Past {
+    fn new(window: usize, group: &Group<'_>) -> Past {
+        let weight = |k| crate::block::trace(group.w.diagonal(k)) / 3.0;
+        let anderson = (window > 0).then(|| Anderson::new(window, (0..group.len()).map(weight).collect()));
+        Past { anderson, before: Vec::new(), smallest: f64::INFINITY }
+    }
+
+    /// Before a sweep: replaces what the last one gave by the combination of the last ones, on the cones.
+    fn combine(&mut self, friction: &[f64], r: &mut [Vec3]) {
+        let Some(anderson) = &mut self.anderson else { return };
+        if self.before.is_empty() {
+            self.before.extend_from_slice(r);
+            return;
+        }
+        let change = anderson.change(&self.before, r);
+        if change > GROWTH * self.smallest {
+            anderson.restart();
+            self.smallest = change;
+            self.before.copy_from_slice(r);
+            return;
+        }
+        self.smallest = self.smallest.min(change);
+        let swept = r.to_vec();
+        anderson.advance(&self.before, &swept, r);
+        for (r, nu) in r.iter_mut().zip(friction) {
+            if *nu >= 0.0 {
+                *r = project_cone(r, *nu);
+            }
+        }
+        self.before.copy_from_slice(r);
     }
 }
 

@@ -3,6 +3,7 @@
 //! ```text
 //! group        ── what a solver is given: one group of coupled contacts, in shifted impulses
 //! gauss_seidel ── one contact after the other; cheap sweeps, slow where contacts are redundant
+//! anderson     ── combines the last sweeps, where chains of contacts make them crawl
 //! ordering     ── minimum-degree elimination order of the contact graph
 //! block_lu     ── sparse block LU over that order
 //! newton       ── smoothed Fischer–Burmeister Newton: few iterations, one factorisation each, redundancy welcome
@@ -12,6 +13,7 @@
 //! ```
 
 pub mod admm;
+pub mod anderson;
 pub mod auto;
 pub mod block_lu;
 pub mod drive;

@@ -9,7 +9,7 @@
 
 use super::block_lu::BlockLu;
 use super::group::{Best, Group, GroupOutcome, GroupSolver};
-use super::ordering::minimum_degree;
+use super::ordering::{Elimination, minimum_degree};
 use crate::block::Vec3;
 use crate::report::Method;
 use numerics::Status;
@@ -136,18 +136,29 @@ impl GroupSolver for Newton<'_> {
     }
 
     fn solve(&self, group: &Group<'_>, r: &mut [Vec3]) -> GroupOutcome {
+        let best = Best::start(group, r);
+        if best.residual <= group.tolerance {
+            return GroupOutcome::of(Method::Newton, Status::Converged, best.residual, 0);
+        }
+        match minimum_degree(group.w, self.work_limit) {
+            Some(elimination) => self.solve_ordered(group, &elimination, r),
+            None => GroupOutcome::of(Method::Newton, Status::Breakdown, best.residual, 0),
+        }
+    }
+}
+
+impl Newton<'_> {
+    /// Solves with an elimination order that is at hand.
+    pub fn solve_ordered(&self, group: &Group<'_>, elimination: &Elimination, r: &mut [Vec3]) -> GroupOutcome {
         let mut best = Best::start(group, r);
         let mut iterations = 0;
         let mut status = Status::Converged;
         if best.residual > group.tolerance {
-            let Some(elimination) = minimum_degree(group.w, self.work_limit) else {
-                return GroupOutcome::of(Method::Newton, Status::Breakdown, best.residual, 0);
-            };
-            let mut lu = BlockLu::new(&elimination);
+            let mut lu = BlockLu::new(elimination);
             for attempt in self.attempts {
                 let start = best.r.clone();
                 let (s, i) =
-                    path::follow(group, &elimination, &mut lu, attempt, &start, self.max_iterations, &mut best);
+                    path::follow(group, elimination, &mut lu, attempt, &start, self.max_iterations, &mut best);
                 status = s;
                 iterations += i;
                 if best.residual <= group.tolerance {

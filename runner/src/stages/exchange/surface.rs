@@ -7,7 +7,7 @@ use super::Hands;
 use crate::stages::Step;
 use crate::world::liquid::solids;
 use crate::world::solids::SceneSolid;
-use crate::world::submersion::{DENSEST, vertex_volume};
+use crate::world::submersion::{DENSEST, Submersion};
 
 /// Finds the level of the surface over every vertex: the share of its surroundings filled with liquid, as the pressure solve
 /// takes it for cells (stage 4), from the particles as they are now.
@@ -17,30 +17,26 @@ pub(super) fn find(hands: &mut Hands<'_>, scene: &[SceneSolid], step: Step) {
     let particles = &fluid.particles;
     let positions = &rods.position;
     let posed = solids::at::<3>(scene, &flow.bodies, step.time);
-    let (near, others) = (&mut submersion.particles, &mut submersion.vertices);
+    let Submersion { particles: near, vertices: others, volume, level, crowds, .. } = &mut **submersion;
     near.gather(lattice, positions.iter().copied(), &particles.position);
-    if submersion.crowds {
+    if *crowds {
         others.gather(lattice, positions.iter().copied(), positions);
     }
     let dx = lattice.dx;
     let cell = dx * dx * dx;
     let shift = bspline::inverse_integral(flow.settings.pressure.liquid_threshold);
-    let mut volume = Vec::with_capacity(positions.len());
-    for strand in 0..rods.strand_count() {
-        volume.extend((0..rods.vertices(strand).len()).map(|i| vertex_volume(rods, strand, i)));
-    }
     for (v, x) in positions.iter().enumerate() {
         let mut filled = 0.0;
         near.around(lattice, x, &particles.position, |n| {
             filled += n.weight * particles.rest_volume[n.index] * particles.volume_ratio[n.index] / cell;
         });
-        submersion.level[v] = if filled <= 0.0 {
+        level[v] = if filled <= 0.0 {
             1.5 * dx
         } else {
             let distance = posed.iter().map(|solid| solid.distance(x)).fold(f64::INFINITY, f64::min);
             let open = bspline::integral((distance / dx).clamp(-1.5, 1.5)).max(1.0 / 48.0);
             let mut strands = 0.0;
-            if submersion.crowds {
+            if *crowds {
                 others.around(lattice, x, positions, |n| strands += n.weight * volume[n.index] / cell);
             }
             filled /= open * (1.0 - strands.min(DENSEST));

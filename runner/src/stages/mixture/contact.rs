@@ -19,7 +19,7 @@ use std::time::Instant;
 
 use ::contact::assembly::{AssemblyError, ContactSystem, InverseDynamics, PosedContact, assemble};
 use ::contact::block::Vec3;
-use ::contact::detection::{DetectionError, SolidField, StepSolid, Strands};
+use ::contact::detection::{Contact, DetectionError, SolidField, StepSolid, Strands};
 use ::contact::law::ContactState;
 use numerics::lanes::F4;
 use rods::{RodSet, StrandInverse};
@@ -47,6 +47,16 @@ const TOO_LARGE_TURN: f64 = 0.2;
 /// Share of the detection margin by which impulses may move a vertex before detection looks again.
 const UNSEEN_MOTION: f64 = 0.5;
 
+/// Overlap at the end of the step, in radii, that a contact without a part in the problem may have.
+const UNPOSED_OVERLAP: f64 = 1e-3;
+
+/// Gaps at the end of the step, in radii, below which contacts are posed along with those that close, in the third round
+/// and on.
+const NEAR: [f64; 2] = [0.02, 0.1];
+
+/// Round from which all contacts in view are posed where any closes.
+const ALL_IN_VIEW: usize = 2 + NEAR.len();
+
 /// Share of an overlap that one step pushes apart (spec A.7).
 const STABILISATION: f64 = 0.2;
 
@@ -70,7 +80,7 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         Vec::new()
     };
     let fields: Vec<&dyn SolidField> = fields.iter().map(|field| field as &dyn SolidField).collect();
-    contact.look(rods, &fields, true)?;
+    contact.look(rods, &fields, 0, memory)?;
     contact.moisten(rods, films, memory, &fields, 0);
 
     let mut posed: Option<ContactSystem> = None;
@@ -134,9 +144,10 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         let moved = contact.follow(rods, stepper);
         let unseen = UNSEEN_MOTION * contact.detection.proximity * contact.smallest_radius;
         let known = contact.lists.active.len();
-        let grown = moved > unseen && contact.look(rods, &fields, false)?;
+        let woken = contact.wake(&fields, round + 1, |_| false);
+        let grown = moved > unseen && contact.look(rods, &fields, round + 1, memory)?;
         contact.moisten(rods, films, memory, &fields, known);
-        if !grown && !nonlinear {
+        if !woken && !grown && !nonlinear {
             break;
         }
     }
@@ -208,9 +219,16 @@ fn no_number(what: impl ToString) -> Rejection {
 }
 
 impl ContactWorld {
-    /// Contacts of the motion from the start to the present end of the step. The first look takes all; later ones only add
-    /// what would overlap and is not there yet. Returns whether anything was added.
-    fn look(&mut self, rods: &RodSet, solids: &[&dyn SolidField], first: bool) -> Result<bool, Rejection> {
+    /// Contacts of the motion from the start to the present end of the step. What would overlap and is not there yet is
+    /// posed; the first look also takes what was pressed in the last step. Returns whether anything was added.
+    fn look(
+        &mut self,
+        rods: &RodSet,
+        solids: &[&dyn SolidField],
+        round: usize,
+        memory: &ContactMemory,
+    ) -> Result<bool, Rejection> {
+        let first = round == 0;
         let begin = Instant::now();
         let lists = &mut self.lists;
         let strands = Strands {
@@ -233,24 +251,54 @@ impl ContactWorld {
         }
         let mut known: Vec<Place> = lists.active.iter().map(Place::of).collect();
         known.sort_unstable();
+        lists.spare.clear();
         for i in 0..lists.found.len() {
             let c = lists.found[i];
             if motion::is_held(&c, &self.first_vertex, &lists.held) {
                 self.report.held += usize::from(first);
-                continue;
+            } else if known.binary_search(&Place::of(&c)).is_err() {
+                lists.spare.push(c);
             }
-            if !first {
-                let overlap = -motion::end_gap(&c, lists, &self.first_vertex, solids);
-                if overlap < 1e-3 * self.smallest_radius || known.binary_search(&Place::of(&c)).is_ok() {
-                    continue;
-                }
-            }
-            lists.active.push(c);
-            lists.impulses.push([0.0; 3]);
-            lists.states.push(ContactState::Open);
         }
+        self.wake(solids, round, |c| memory.holds(&Place::of(c)));
         self.seconds[0] += begin.elapsed().as_secs_f64();
         Ok(self.lists.active.len() > before)
+    }
+
+    /// Poses those of the contacts in view that would overlap at the end of the step; those that stay open need no
+    /// impulse, and leaving them out is exact as long as none of them closes. Returns whether there were any.
+    ///
+    /// Round by round contacts that are merely near are posed along with them, and in the end all that are in view, so
+    /// that a chain of contacts does not close one link a round.
+    fn wake(&mut self, solids: &[&dyn SolidField], round: usize, was_pressed: impl Fn(&Contact) -> bool) -> bool {
+        // a bridge of liquid pulls across a gap: wet contacts need an impulse without closing
+        let wet = self.cohesion.is_some();
+        let lists = &mut self.lists;
+        // what impulses bring nearer than that is pushed apart in the next step
+        let allowed = if round == 0 { 0.0 } else { UNPOSED_OVERLAP * self.smallest_radius };
+        let near = match round {
+            0 | 1 => -allowed,
+            2..ALL_IN_VIEW => NEAR[round - 2] * self.smallest_radius,
+            _ => f64::INFINITY,
+        };
+        let mut spare = std::mem::take(&mut lists.spare);
+        let gap = |c: &Contact| motion::end_gap(c, lists, &self.first_vertex, solids);
+        let gaps: Vec<f64> = spare.iter().map(gap).collect();
+        let closes = gaps.iter().any(|gap| *gap < -allowed);
+        let before = lists.active.len();
+        let mut gaps = gaps.into_iter();
+        spare.retain(|c| {
+            let gap = gaps.next().unwrap_or(f64::INFINITY);
+            if !(wet || closes && gap < near || round == 0 && was_pressed(c)) {
+                return true;
+            }
+            lists.active.push(*c);
+            lists.impulses.push([0.0; 3]);
+            lists.states.push(ContactState::Open);
+            false
+        });
+        lists.spare = spare;
+        lists.active.len() > before
     }
 
     /// Strands that touch something, in order.

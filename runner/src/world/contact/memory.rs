@@ -107,6 +107,12 @@ impl ContactMemory {
         basis.map(|axis| impulse.dot(&Vector3::from(axis)))
     }
 
+    /// Whether a force is remembered there.
+    #[must_use]
+    pub fn holds(&self, place: &Place) -> bool {
+        self.kept.binary_search_by(|kept| kept.place.cmp(place)).is_ok()
+    }
+
     /// Takes over the forces of a step and forgets what has been missing for too long.
     pub fn renew(&mut self, forces: impl Iterator<Item = (Place, Vec3, Vec3)>) {
         for kept in &mut self.kept {

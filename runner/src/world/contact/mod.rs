@@ -79,6 +79,8 @@ pub struct Lists {
     pub detector: Detector,
     /// What detection found.
     pub found: Vec<Contact>,
+    /// Contacts in view that stay open by themselves, without a part in the problem.
+    pub spare: Vec<Contact>,
     /// Contacts of the step, in a fixed order.
     pub active: Vec<Contact>,
     /// Impulse of each in its basis [N s].
@@ -112,7 +114,7 @@ pub struct Lists {
 /// Figures of one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepFigures {
-    /// Contacts of the step.
+    /// Contacts posed: all that the free motion or the impulses would close.
     pub contacts: usize,
     /// Without impulse.
     pub open: usize,

@@ -14,7 +14,7 @@ use crate::world::solids::SceneSolid;
 /// Columns of contact.
 pub fn columns(contact: &ContactWorld, solids: &[SceneSolid], columns: &mut Vec<Column>) {
     for (name, unit, meaning) in [
-        ("contacts", "1", "contacts looked at in the step"),
+        ("contacts", "1", "contacts that motion or impulses would close in the step"),
         ("open", "1", "contacts without impulse"),
         ("sticking", "1", "contacts that stick"),
         ("slipping", "1", "contacts that slide"),

@@ -3,6 +3,7 @@
 //! ```text
 //! mod     ── SubmersionState (in checkpoints), Submersion (settings, arrays of the present step)
 //! near    ── particles around points
+//! volume  ── shares of cells that strands take
 //! measure ── columns, rows
 //! ```
 //!
@@ -11,6 +12,7 @@
 
 pub mod measure;
 pub mod near;
+pub mod volume;
 
 use constitutive::drag::{DragLaw, DragSettings};
 use nalgebra::Vector3;
@@ -101,6 +103,8 @@ pub struct Submersion {
     pub vertices: Neighbourhood,
     /// Edges whose film moves with the liquid in this step.
     pub inside_edges: Vec<InsideEdge>,
+    /// Volume of the strand at every vertex [m³].
+    pub volume: Vec<f64>,
     /// Vectors in passing.
     pub vectors: Vec<Vector3<f64>>,
 }
@@ -163,6 +167,7 @@ impl Submersion {
             particles: Neighbourhood::default(),
             vertices: Neighbourhood::default(),
             inside_edges: Vec::new(),
+            volume: vertex_volumes(rods),
             vectors: Vec::new(),
         })
     }
@@ -200,11 +205,13 @@ impl Submersion {
     }
 }
 
-/// Volume of the strand that belongs to a vertex [m³].
-#[must_use]
-pub fn vertex_volume(rods: &RodSet, strand: usize, i: usize) -> f64 {
-    let [a, b] = rods.radius[rods.first_vertex[strand] + i];
-    std::f64::consts::PI * a * b * rods.vertex_length(strand, i)
+/// Volume of the strand that belongs to each vertex [m³].
+fn vertex_volumes(rods: &RodSet) -> Vec<f64> {
+    let one = |strand: usize, i: usize| {
+        let [a, b] = rods.radius[rods.first_vertex[strand] + i];
+        std::f64::consts::PI * a * b * rods.vertex_length(strand, i)
+    };
+    (0..rods.strand_count()).flat_map(|s| (0..rods.vertices(s).len()).map(move |i| one(s, i))).collect()
 }
 
 /// Unit tangent at a vertex: of its only edge at the ends, the mean of both inside.

@@ -117,11 +117,17 @@ mod tests {
         for i in 0..24 {
             for j in -6..12 {
                 for k in -6..12 {
-                    points.push(Vector::<3>::new(0.03 + 0.05 * f64::from(i) + 0.025, 0.05 * f64::from(j), 0.05 * f64::from(k)));
+                    points.push(Vector::<3>::new(
+                        0.03 + 0.05 * f64::from(i) + 0.025,
+                        0.05 * f64::from(j),
+                        0.05 * f64::from(k),
+                    ));
                 }
             }
         }
-        for x in [Vector::<3>::new(0.031, 0.1, 0.07), Vector::<3>::new(1.2, 0.13, 0.2), Vector::<3>::new(0.6, 0.0, 0.11)] {
+        for x in
+            [Vector::<3>::new(0.031, 0.1, 0.07), Vector::<3>::new(1.2, 0.13, 0.2), Vector::<3>::new(0.6, 0.0, 0.11)]
+        {
             let mut near = Neighbourhood::default();
             near.gather(&lattice, [x].into_iter(), &points);
             let mut found = Vec::new();
@@ -130,10 +136,11 @@ mod tests {
                 found.push(n.index);
                 sum += n.weight / 8.0;
             });
-            let expected = points.iter().filter(|p| lattice.displacement(&x, p).amax() < 0.15).count();
+            // the very edge of the kernel, where its value is round-off, may fall either way
+            let inside = |reach: f64| points.iter().filter(|p| lattice.displacement(&x, p).amax() < reach).count();
             found.sort_unstable();
             found.dedup();
-            assert_eq!(found.len(), expected);
+            assert!((inside(0.15 - 1e-9)..=inside(0.15 + 1e-9)).contains(&found.len()), "{}", found.len());
             assert!((sum - 1.0).abs() < 1e-9, "{sum}");
         }
     }

@@ -22,8 +22,9 @@ const STRAIGHT: f64 = 0.03;
 
 /// The scene: straight in, around, straight out; both ends are pulled taut, then all is drawn around.
 fn scene(nu: f64, angle: f64, edges: usize) -> String {
+    // the straight parts go on along the first and the last edge, so that all turning is at the vertices between them;
     // edges touch at their middles, so vertices lie a little outside
-    let half = 0.5 * angle / edges as f64;
+    let half = 0.5 * angle / (edges - 1) as f64;
     let radius = (CYLINDER + STRAND) / half.cos();
     let at = |i: f64| (radius * (2.0 * half * i).cos(), radius * (2.0 * half * i).sin());
     let spacing = 2.0 * radius * half.sin();

@@ -16,6 +16,13 @@ pub const CASE: Case = Case {
     params: &[
         Param::number("friction", 0.3, "1", "Coulomb coefficient between the yarns"),
         Param::count("dimension", 2, "2: three parallel yarns; 3: the outer two cross the drawn one at right angles"),
+        Param::number(
+            "section_friction",
+            3.0,
+            "1",
+            "in space: Coulomb coefficient against a change of shape of the cross-section",
+        ),
+        Param::number("time", 0.24, "s", "time of the experiment"),
         Param::flag("sweep", false, "measure coefficients from 0.05 to 1 as well"),
         Param::number("compression", 0.01, "1", "share by which the plates close"),
     ],
@@ -31,7 +38,12 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     let compression = p.number_in("compression", 0.005, 0.3)?;
     let dimension = p.count_in("dimension", 2, 3)?;
     let mut out = Outcome::new();
-    let pull = if dimension == 2 { pull::<2> } else { pull::<3> };
+    let section = p.number_in("section_friction", 0.0, 10.0)?;
+    let time = p.number_in("time", 0.1, 10.0)?;
+    let pull = |friction: f64, compression: f64| {
+        let set = Set { friction, compression, section, time };
+        if dimension == 2 { pull::<2>(&set) } else { pull::<3>(&set) }
+    };
     let (force, load) = pull(friction, compression)?;
     out.compare("pull_out_force", force, 2.0 * friction * load, 0.05);
     out.info("load", load);
@@ -58,8 +70,17 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     Ok(out)
 }
 
+/// What is pulled, and how.
+struct Set {
+    friction: f64,
+    compression: f64,
+    section: f64,
+    time: f64,
+}
+
 /// Mean force of the pull in its last quarter, and mean load of a plate [N/m; N in space].
-fn pull<const D: usize>(friction: f64, compression: f64) -> Result<(f64, f64), CaseError> {
+fn pull<const D: usize>(set: &Set) -> Result<(f64, f64), CaseError> {
+    let Set { friction, compression, section, time } = *set;
     let point = |x: f64, y: f64, z: f64| {
         let place = [0.5 + x * CELL, 0.5 + y * CELL, 0.5 + z * CELL];
         place[..D].to_vec()
@@ -73,12 +94,12 @@ fn pull<const D: usize>(friction: f64, compression: f64) -> Result<(f64, f64), C
         }
     };
     let mut settings = plane(
-        YarnMaterial { stretch_modulus: 1e4, ..material(friction) },
+        YarnMaterial { stretch_modulus: 1e4, section_friction: Some(section), ..material(friction) },
         vec![outer(-1.0), line(point(-9.0, 0.0, 0.0), point(10.0, 0.0, 0.0)), outer(1.0)],
     );
     settings.dimension = D;
     // Plates that the outer yarns cannot slide on, closing from both sides.
-    let (close, time) = (0.04, 0.24);
+    let close = 0.04;
     let plate = |side: f64| ObstacleSettings {
         shape: ShapeDescription::HalfSpace {
             point: Vector3::new(0.5, 0.5 + side * 1.5 * CELL, 0.0),

@@ -38,6 +38,7 @@ pub fn meet(world: &mut World, step: Step) -> Result<(), Rejection> {
     let Both { rods, film, flow, submersion, memory, .. } = both;
     submersion.wet.clear();
     let grid = &flow.grid;
+    let mut list = Vec::new();
     for strand in 0..rods.strand_count() {
         let density = film.density[strand];
         for v in rods.vertices(strand) {
@@ -53,7 +54,11 @@ pub fn meet(world: &mut World, step: Step) -> Result<(), Rejection> {
             if known < SURROUNDED || level > 0.0 || filled <= 0.0 {
                 continue;
             }
-            let (velocity, surrounded) = grid.velocity_at(x);
+            let (mut velocity, mut surrounded) = (Vector3::zeros(), 1.0f64);
+            for a in 0..3 {
+                surrounded = surrounded.min(faces(grid, x, a, &mut list));
+                velocity[a] = list.iter().map(|(node, weight)| weight * grid.face[a].velocity[*node]).sum();
+            }
             if surrounded < SURROUNDED {
                 continue;
             }
@@ -70,17 +75,22 @@ pub fn meet(world: &mut World, step: Step) -> Result<(), Rejection> {
     Ok(())
 }
 
-/// Weights of the faces that hold liquid around a point, for one direction; they add up to one.
-fn faces(grid: &LiquidGrid<3>, x: &Vector3<f64>, axis: usize, list: &mut Vec<(usize, f64)>) {
+/// Weights of the faces that hold liquid around a point, for one direction: kernel times mass, adding up to one. With the
+/// mass in them an impulse changes the velocities of all faces alike: those that hold next to nothing do not fly off.
+/// Returns the share of the kernel that they cover.
+fn faces(grid: &LiquidGrid<3>, x: &Vector3<f64>, axis: usize, list: &mut Vec<(usize, f64)>) -> f64 {
     list.clear();
-    let mut sum = 0.0;
+    let (mut sum, mut covered) = (0.0, 0.0);
     stencil(&grid.blocks, x, &mac_offset(axis), |s| {
-        if grid.face[axis].mass[s.node] > grid.mass_floor {
-            list.push((s.node, s.weight));
-            sum += s.weight;
+        let mass = grid.face[axis].mass[s.node];
+        if mass > grid.mass_floor {
+            list.push((s.node, s.weight * mass));
+            sum += s.weight * mass;
+            covered += s.weight;
         }
     });
     list.iter_mut().for_each(|(_, weight)| *weight /= sum);
+    covered
 }
 
 /// Adds impulses [N s] on the vertices `wet` to numbers on the faces around them.

@@ -8,14 +8,13 @@ use crate::stages::Step;
 use crate::stages::mixture::rods::solve;
 use crate::system::Rejection;
 use crate::world::World;
-use crate::world::submersion::vertex_volume;
 
 /// Force of the remembered pressure gradient on strands and films.
 pub(super) fn forces(both: &mut Both<'_>) {
     let Both { rods, film, submersion, memory, .. } = both;
     for strand in 0..rods.strand_count() {
-        for (i, v) in rods.vertices(strand).enumerate() {
-            let volume = vertex_volume(rods, strand, i) + film.mass[v] / film.density[strand];
+        for v in rods.vertices(strand) {
+            let volume = submersion.volume[v] + film.mass[v] / film.density[strand];
             submersion.pressure_force[v] = -memory.pressure_gradient[v] * volume;
         }
     }

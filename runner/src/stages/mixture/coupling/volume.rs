@@ -1,12 +1,13 @@
 //! The room that strands take from the liquid (spec 6.1, 6.2, 6.9).
 
 use nalgebra::Vector3;
-use particle_grid::{CENTRE, NONE, stencil};
+use particle_grid::NONE;
 
 use super::Both;
 use crate::system::Rejection;
 use crate::world::World;
-use crate::world::submersion::{DENSEST, vertex_volume};
+use crate::world::submersion::DENSEST;
+use crate::world::submersion::volume::{add_rates, add_shares};
 
 /// Share of every cell that strands take, for stage 4.
 pub fn crowd(world: &mut World) -> Result<(), Rejection> {
@@ -16,16 +17,10 @@ pub fn crowd(world: &mut World) -> Result<(), Rejection> {
     if !submersion.crowds {
         return Ok(());
     }
-    let cell = flow.grid.cell_volume();
     let (blocks, fraction) = (&flow.grid.blocks, &mut flow.coupling.solid_fraction);
     fraction.clear();
     fraction.resize(blocks.node_count(), 0.0);
-    for strand in 0..rods.strand_count() {
-        for (i, v) in rods.vertices(strand).enumerate() {
-            let share = vertex_volume(rods, strand, i) / cell;
-            stencil(blocks, &rods.position[v], &[CENTRE; 3], |s| fraction[s.node] += s.weight * share);
-        }
-    }
+    add_shares(blocks, &rods.position, &submersion.volume, fraction);
     for share in fraction.iter_mut() {
         submersion.densest = submersion.densest.max(*share);
         *share = share.min(DENSEST);
@@ -42,7 +37,6 @@ pub fn crowding_rate(world: &mut World) -> Result<(), Rejection> {
     }
     strands.stepper.velocities_into(rods, &mut submersion.vectors);
     let grid = &flow.grid;
-    let cell = grid.cell_volume();
     let coupling = &mut flow.coupling;
     let rate = &mut coupling.fraction_rate;
     rate.clear();
@@ -62,15 +56,7 @@ pub fn crowding_rate(world: &mut World) -> Result<(), Rejection> {
             if count > 0.0 { sum / count } else { 0.0 }
         })
     };
-    for strand in 0..rods.strand_count() {
-        for (i, v) in rods.vertices(strand).enumerate() {
-            let (volume, moves) = (vertex_volume(rods, strand, i), submersion.vectors[v]);
-            // the gradient of the stencil is by the vertex, the opposite of that by the cell
-            stencil(&grid.blocks, &rods.position[v], &[CENTRE; 3], |s| {
-                rate[s.node] += volume * (center(s.node) - moves).dot(&s.gradient) / cell;
-            });
-        }
-    }
+    add_rates(&grid.blocks, &rods.position, &submersion.vectors, &submersion.volume, center, rate);
     for (rate, share) in rate.iter_mut().zip(&coupling.solid_fraction) {
         *rate /= 1.0 - share;
     }

@@ -2,7 +2,7 @@
 
 use super::Step;
 use super::mixture::rejection;
-use crate::system::Rejection;
+use crate::system::{Rejection, RejectionReason};
 use crate::world::World;
 use crate::world::liquid::{Flow, FlowState, finite, in_its_dimension, solids};
 use crate::world::solids::SceneSolid;
@@ -28,6 +28,17 @@ fn liquid<const D: usize>(
         return Ok(());
     }
     let posed = solids::at::<D>(scene, &flow.bodies, step.time + step.dt);
-    flow.report.advect = mpm::advect::advect(&mut state.particles, &flow.grid, &posed, step.dt);
+    let advected = mpm::advect::advect(&mut state.particles, &flow.grid, &posed, step.dt);
+    flow.report.advect = advected;
+    let cell = flow.grid.lattice().dx;
+    let fastest = state.particles.velocity.iter().fold(0.0, |most: f64, v| most.max(v.norm_squared())).sqrt();
+    if advected.deepest > cell && fastest * step.dt > cell {
+        let detail = format!(
+            "{} particles ended in solids, the deepest {:.2} cells below a surface",
+            advected.pushed_out,
+            advected.deepest / cell
+        );
+        return Err(Rejection { stage: "advect", reason: RejectionReason::TooLargeMotion, element: None, detail });
+    }
     finite::positions("advect", &state.particles)
 }

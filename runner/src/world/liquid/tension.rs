@@ -6,7 +6,7 @@
 //! * *Particles outside liquid cells* (spray, threads thinner than a cell, the outermost layer) have no equation for their
 //!   pressure, which is zero there: their volume ratio is `J(0) = 1`. Their velocity field opens and closes gaps between them, and
 //!   a ratio that followed it would leave all bounds.
-//! * *Differences within a cell* bear no pressure. They even out, a tenth each step; the volume of the cell stays, and its elastic
+//! * *Differences within a cell* bear no pressure. They even out, by half each step; the volume of the cell stays, and its elastic
 //!   energy, convex in the ratio, can only fall.
 
 use particle_grid::NONE;
@@ -14,7 +14,10 @@ use particle_grid::NONE;
 use super::{Flow, FlowState};
 
 /// Part of its distance from the average of its cell that a volume ratio gives up in a step.
-const EVENING: f64 = 0.1;
+///
+/// A block of 10⁵ Pa dropped at 1 m/s should compress to 0.955: with a tenth its particles reach 0.88, with a half 0.954, with all
+/// 0.966; the height of the rebound is the same within a hundredth of the block.
+const EVENING: f64 = 0.5;
 
 impl<const D: usize> Flow<D> {
     /// Gives particles that lie in no liquid cell the volume of no pressure and evens out volume ratios within cells; returns how many

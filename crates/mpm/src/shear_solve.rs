@@ -343,7 +343,9 @@ impl<const D: usize> ShearSolver<D> {
             fell_back: false,
             diagonal: !self.resists,
         };
-        let iterations = if self.resists { settings.newton_iterations.max(1) } else { 1 };
+        // Viscosity alone is linear: one solve does.
+        let elastic = self.resists && materials.iter().any(|m| m.law.is_shear_elastic());
+        let iterations = if elastic { settings.newton_iterations.max(1) } else { 1 };
         let mut first_size = 0.0;
         for iteration in 0..iterations {
             if iteration > 0 {

@@ -259,13 +259,8 @@ fn tie<const D: usize, S: Solid<D>>(
     }
     let out = wall.normal.iamax();
     let side = if wall.normal[out] > 0.0 { 1 } else { -1 };
-    let prescribed = WallTie {
-        axis: axis as u8,
-        face: node as u32,
-        source: NONE,
-        ratio: 0.0,
-        offset: wall.velocity[axis],
-    };
+    let prescribed =
+        WallTie { axis: axis as u8, face: node as u32, source: NONE, ratio: 0.0, offset: wall.velocity[axis] };
     let mut source = node as u32;
     for k in 1..=3 {
         source = grid.blocks.along(source as usize, out, side);

@@ -22,7 +22,11 @@ pub const CASE: Case = Case {
         Param::text("operator", "quadrature", "shear operator: quadrature or particles"),
         Param::text("tangent", "symmetric", "tangent: symmetric, definite or secant"),
         Param::number("tolerance", 1e-6, "1", "relative tolerance of the shear solve"),
-        Param::text("coupling", "once", "shear and pressure: once, twice (shear again after it), projected (and it again)"),
+        Param::text(
+            "coupling",
+            "once",
+            "shear and pressure: once, twice (shear again after it), projected (and it again)",
+        ),
         Param::number(
             "stiffening",
             0.0,
@@ -42,8 +46,7 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
     let (half, mean) = (0.5 * p.positive("width")?, p.positive("mean")?);
     let dt = p.positive("dt")?;
     let gradient = shear.gradient_for(mean, half);
-    liquid.shear_modulus *=
-        stiffening(p.number_in("stiffening", 0.0, 1e6)?, liquid.shear_modulus, gradient * half);
+    liquid.shear_modulus *= stiffening(p.number_in("stiffening", 0.0, 1e6)?, liquid.shear_modulus, gradient * half);
     let elastic = Elastic { shear, modulus: liquid.shear_modulus, dimensions: 2 };
     let peak = elastic.velocity(gradient, half, 0.0);
     if !peak.is_finite() {

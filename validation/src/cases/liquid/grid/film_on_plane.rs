@@ -15,7 +15,11 @@ pub const CASE: Case = Case {
         Param::number("angle", 45.0, "deg", "slope of the plane"),
         Param::count("cells", 16, "cells over the height"),
         Param::count("per_axis", 3, "particles per cell and direction"),
-        Param::text("coupling", "once", "shear and pressure: once, twice (shear again after it), projected (and it again)"),
+        Param::text(
+            "coupling",
+            "once",
+            "shear and pressure: once, twice (shear again after it), projected (and it again)",
+        ),
         Param::number(
             "stiffening",
             0.0,
@@ -36,8 +40,7 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
     let (height, dt, time) = (p.positive("height")?, p.positive("dt")?, p.positive("time")?);
     let angle = p.number_in("angle", 0.1, 89.0)?.to_radians();
     let gradient = liquid.density * GRAVITY * angle.sin();
-    liquid.shear_modulus *=
-        stiffening(p.number_in("stiffening", 0.0, 1e6)?, liquid.shear_modulus, gradient * height);
+    liquid.shear_modulus *= stiffening(p.number_in("stiffening", 0.0, 1e6)?, liquid.shear_modulus, gradient * height);
     let elastic = Elastic { shear, modulus: liquid.shear_modulus, dimensions: 2 };
     let (reference, surface) = (elastic.mean(gradient, height), elastic.velocity(gradient, height, 0.0));
     if !reference.is_finite() {

@@ -14,7 +14,11 @@ pub const CASE: Case = Case {
         Param::count("cells", 12, "cells across the pipe"),
         Param::count("per_axis", 2, "particles per cell and direction"),
         Param::number("radius", 0.005, "m", "radius of the pipe"),
-        Param::text("coupling", "once", "shear and pressure: once, twice (shear again after it), projected (and it again)"),
+        Param::text(
+            "coupling",
+            "once",
+            "shear and pressure: once, twice (shear again after it), projected (and it again)",
+        ),
         Param::number(
             "stiffening",
             0.0,

@@ -20,7 +20,11 @@ pub const CASE: Case = Case {
             "1",
             "consistency over ρ g H √(H/g): large enough not to overshoot, small enough to arrest",
         ),
-        Param::text("coupling", "once", "shear and pressure: once, twice (shear again after it), projected (and it again)"),
+        Param::text(
+            "coupling",
+            "once",
+            "shear and pressure: once, twice (shear again after it), projected (and it again)",
+        ),
         Param::number("dt", 2e-3, "s", "largest step"),
         Param::number("time", 1.0, "s", "longest time to run"),
     ],

@@ -48,9 +48,43 @@ study AMPLITUDES="0.05 0.2 1" FRICTIONS="0.01 1" PACKINGS="1 1.5 2" REMOVED="0" 
     awk 'FNR > 1 || NR == 1' "${runs[@]/%interlocking/results.csv}" > "{{OUT}}/results.csv"
     {{viscose}} report "${runs[@]}" --out "{{OUT}}/report.html"
 
+# what each component is worth: scenes with each switch off, change of the end state and of the time, in out/ablation/table.csv
+ablation SCENES="scenes/coupled/spun-strand.ron scenes/coupled/wet-pair.ron scenes/coupled/pour-on-strands.ron scenes/coupled/dip-and-pull.ron" OUT="out/ablation":
+    #!/usr/bin/env bash
+    set -euo pipefail
+    cargo build --release --locked --quiet -p viscose
+    switches="None Advection Pressure Resampling Shear PlasticFlow Compressibility StrandContact Cohesion Friction \
+        FilmAdvection FilmShear FilmPlasticFlow FlowInertia Capture Drag Dripping VolumeFraction"
+    mkdir -p "{{OUT}}"
+    figure() { sed -n "s/^ *\"$2\": \([-0-9.eE+]*\),\{0,1\}$/\1/p" "$1/summary.json" 2>/dev/null | head -1; }
+    echo "scene,off,ended,cpu_seconds,time_share,film_mass_change,strand_energy_change,liquid_energy_change" | tee "{{OUT}}/table.csv"
+    for scene in {{SCENES}}; do
+        name=$(basename "$scene" .ron)
+        whole="{{OUT}}/$name/None"
+        for off in $switches; do
+            folder="{{OUT}}/$name/$off"
+            set_off=(); [ "$off" = None ] || set_off=(--set "disable=[$off]")
+            ended=yes
+            {{viscose}} run "$scene" --out "$folder" --force --threads 1 --set output.frames=Never "${set_off[@]}" >/dev/null 2>&1 || ended=no
+            awk -v name="$name" -v off="$off" -v ended="$ended" \
+                -v t="$(figure "$folder" cpu_seconds)" -v t0="$(figure "$whole" cpu_seconds)" \
+                -v f="$(figure "$folder" film_mass)" -v f0="$(figure "$whole" film_mass)" \
+                -v e="$(figure "$folder" total_energy)" -v e0="$(figure "$whole" total_energy)" \
+                -v l="$(figure "$folder" liquid_total_energy)" -v l0="$(figure "$whole" liquid_total_energy)" \
+                'function change(a, b) { return b == "" || b == 0 ? "" : sprintf("%.3g", (a - b) / (b < 0 ? -b : b)) }
+                 BEGIN { printf "%s,%s,%s,%s,%s,%s,%s,%s\n", name, off, ended, t, t0 > 0 ? sprintf("%.2f", t / t0) : "", change(f, f0), change(e, e0), change(l, l0) }' \
+                | tee -a "{{OUT}}/table.csv"
+        done
+    done
+
 # validation cases: just validate rods
 validate *CASES:
     {{viscose}} validate {{CASES}}
+
+# imported scenes of the C++ code beside its recordings (VISCOSE_REFERENCE names their folder); tables and figures in one page
+against-reference *ARGS:
+    mkdir -p out
+    {{viscose}} validate reference-code --threads 1 --report out/against-reference.html {{ARGS}}
 
 # a page with plots and pictures: just report out/cantilever
 report +DIRS:

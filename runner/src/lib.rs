@@ -3,7 +3,9 @@
 //! ```text
 //! scene     text → Scene in SI, or a message that says what to write instead
 //! world     all state of strands and liquid; components are optional
-//! microgel  soft grains in the rheometer, the other kind of scene
+//! microgel  soft grains in the rheometer, another kind of scene
+//! yarn      yarns on a grid, the third kind of scene
+//! import    scenes of other programs → scene text
 //! plan      which stages this scene needs, and why
 //! stages    one file per stage of the algorithm
 //! system    the trait that strands and liquid, yarns and microgels share
@@ -13,6 +15,7 @@
 //! report, picture   a page with plots and pictures
 //! ```
 
+pub mod import;
 pub mod microgel;
 pub mod picture;
 pub mod plan;
@@ -25,3 +28,4 @@ pub mod stages;
 pub mod stepper;
 pub mod system;
 pub mod world;
+pub mod yarn;

@@ -4,9 +4,13 @@ use std::fmt;
 
 use crate::scene::Scene;
 use crate::scene::field::Field as _;
+use crate::scene::liquid::Liquid;
+use crate::scene::presets::LiquidProperties;
 use crate::scene::solids::Solid;
 use crate::scene::time::Component;
 use crate::stages::{STAGES, Stage};
+use crate::world::liquid::build::liquid_names;
+use constitutive::FlowCurve;
 
 /// What a scene contains, as far as stages depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -23,10 +27,16 @@ pub struct Components {
     pub film: bool,
     /// Some film bears shear stress of its own (its shear modulus is not zero).
     pub film_shear: bool,
+    /// Films drip from the ends of strands.
+    pub dripping: bool,
     /// There is bulk liquid, or may be.
     pub liquid: bool,
-    /// Some liquid bears elastic shear stress.
+    /// Particles are split, merged and spread.
+    pub resampling: bool,
+    /// Some liquid bears shear stress, elastic or viscous.
     pub liquid_shear: bool,
+    /// Some liquid that bears elastic shear stress yields.
+    pub liquid_flow: bool,
     /// Some liquid can tear.
     pub tearing: bool,
     /// Some torn liquid heals.
@@ -45,25 +55,50 @@ impl Components {
         let may_touch = pairs || (scene.contact.strand_solid && !scene.solids.is_empty());
         let moving_solid = |solid: &Solid| !scene.script(&solid.motion).is_empty();
         let scripted_strands = scene.strands.iter().any(|group| !group.clamp.is_empty());
-        let film = scene.strands.iter().any(|group| group.film.is_some());
+        // strands that may take up liquid have films, dry at first
+        let takes_up = strands && scene.liquid.is_some();
+        let film = takes_up || scene.strands.iter().any(|group| group.film.is_some());
+        let liquids: Vec<_> = liquid_names(scene).iter().filter_map(|name| scene.liquid_material(name)).collect();
+        let (shear, flows) = (on(Component::Shear), on(Component::Shear) && on(Component::PlasticFlow));
+        let bulk = scene.liquid.as_ref();
+        let open = |liquid: &Liquid| !liquid.sources.is_empty() || !liquid.drains.is_empty() || liquid.domain.is_some();
         Components {
             strands,
-            scripted: scripted_strands || scene.solids.iter().any(moving_solid) || scene.liquid.is_some(),
+            scripted: scripted_strands || scene.solids.iter().any(moving_solid) || bulk.is_some_and(open),
             contact: strands && may_touch && on(Component::StrandContact),
             strand_pairs: strands && pairs && on(Component::StrandContact),
             film,
-            film_shear: film && on(Component::FilmShear),
-            liquid: scene.liquid.is_some(),
-            liquid_shear: scene.liquid.is_some() && on(Component::Shear),
-            tearing: scene.liquid.is_some() && on(Component::Shear) && on(Component::PlasticFlow),
-            recovery: scene.liquid.is_some() && on(Component::Shear) && on(Component::PlasticFlow),
+            film_shear: film && on(Component::FilmShear) && film_bears_shear(scene),
+            dripping: film && on(Component::Dripping),
+            liquid: bulk.is_some(),
+            resampling: bulk.is_some() && on(Component::Resampling),
+            liquid_shear: bulk.is_some() && shear && liquids.iter().any(bears_shear),
+            liquid_flow: bulk.is_some() && flows && liquids.iter().any(|l| l.shear_modulus > 0.0),
+            tearing: bulk.is_some() && flows && liquids.iter().any(tears),
+            recovery: bulk.is_some() && flows && liquids.iter().any(|l| tears(l) && l.recovery_time.is_some()),
         }
     }
+}
+
+fn bears_shear(liquid: &LiquidProperties) -> bool {
+    let (FlowCurve::J2 { consistency, .. } | FlowCurve::Rheometer { consistency, .. }) = liquid.flow;
+    liquid.shear_modulus > 0.0 || consistency > 0.0
+}
+
+fn tears(liquid: &LiquidProperties) -> bool {
+    liquid.shear_modulus > 0.0 && liquid.tearing_strain.is_some()
 }
 
 /// A lone strand is looked at for contact with itself only when the scene asks for contact in so many words.
 fn strand_may_touch_itself(scene: &Scene) -> bool {
     crate::scene::contact::Contact::blank().is_some_and(|blank| scene.contact != blank)
+}
+
+/// Whether some film's liquid has elasticity in shear.
+fn film_bears_shear(scene: &Scene) -> bool {
+    let films = scene.strands.iter().map(|group| group.film.as_ref());
+    let mut liquids = films.filter_map(|film| crate::world::film::build::liquid_name(scene, film));
+    liquids.any(|name| scene.liquid_material(&name).is_some_and(|liquid| liquid.shear_modulus > 0.0))
 }
 
 /// A stage in the plan of a scene.
@@ -86,7 +121,7 @@ pub struct Plan {
     pub components: Components,
     /// Components that the scene switches off.
     pub switched_off: Vec<Component>,
-    /// What happens in a scene of soft grains, which has none of the stages.
+    /// What happens in a scene of soft grains or of yarns, which have none of the stages.
     pub program: Vec<String>,
 }
 
@@ -112,12 +147,14 @@ impl Plan {
             let program = crate::microgel::schedule_of(scene).map_or(Vec::new(), |schedule| schedule.lines);
             return Ok(Plan { stages: Vec::new(), components, switched_off: Vec::new(), program });
         }
-        let missing = |what, number: usize, help| NotThereYet { what, number, stage: STAGES[number].name, help };
-        if components.film {
-            return Err(missing("a film on strands", 11, "leave `film` out of the strand groups"));
+        if scene.yarn.is_some() {
+            let program = crate::yarn::program(scene);
+            return Ok(Plan { stages: Vec::new(), components, switched_off: Vec::new(), program });
         }
-        if components.liquid {
-            return Err(missing("bulk liquid", 3, "leave the `liquid` section out"));
+        let missing = |what, number: usize, help| NotThereYet { what, number, stage: STAGES[number].name, help };
+        let planar = |liquid: &Liquid| liquid.dimensions == crate::scene::liquid::Dimensions::Two;
+        if components.strands && scene.liquid.as_ref().is_some_and(planar) {
+            return Err(missing("strands in a liquid of two dimensions", 6, "leave `dimensions: Two` out, or the strands"));
         }
         let stages = STAGES
             .iter()

@@ -15,6 +15,7 @@ use crate::scene::time::StepControl as SceneStep;
 use crate::scene::{LoadedScene, Problem, Scene, SceneError};
 use crate::stepper::StepControl;
 use crate::system::System;
+use crate::world::liquid::estimate::{LiquidEstimate, estimate as liquid_estimate};
 use crate::world::{BuildError, World};
 
 /// Why a sound scene cannot be run.
@@ -32,6 +33,9 @@ pub enum PrepareError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Build(#[from] BuildError),
+    /// Its yarns cannot be made.
+    #[error("yarn: {0}")]
+    Yarn(#[from] crate::yarn::SettingsError),
     /// Its sample of grains cannot be made.
     #[error("the sample of grains cannot be made: {0}")]
     Grains(#[from] granular::GranularError),
@@ -65,9 +69,10 @@ pub fn job(loaded: LoadedScene, threads: usize) -> Result<Job, PrepareError> {
         platform: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
         branched_from: None,
     };
-    let system: Box<dyn System> = match &scene.microgel {
-        Some(grains) => Box::new(MicrogelSystem::new(&microgel::settings(&scene, grains)?, grains.record_every)?),
-        None => Box::new(World::build(&scene, &plan, &expand(&scene)?)?),
+    let system: Box<dyn System> = match (&scene.microgel, &scene.yarn) {
+        (_, Some(yarns)) => crate::yarn::system(&scene, yarns)?,
+        (Some(grains), None) => Box::new(MicrogelSystem::new(&microgel::settings(&scene, grains)?, grains.record_every)?),
+        (None, None) => Box::new(World::build(&scene, &plan, &expand(&scene)?)?),
     };
     Ok(Job {
         system,
@@ -136,10 +141,14 @@ pub struct Estimate {
     pub strands: usize,
     /// Vertices of all strands.
     pub vertices: usize,
+    /// Yarns.
+    pub yarns: usize,
     /// Grains of one sample.
     pub grains: usize,
     /// Samples of grains.
     pub samples: usize,
+    /// Bulk liquid.
+    pub liquid: Option<LiquidEstimate>,
     /// Memory while running [bytes].
     pub memory: f64,
     /// Frames, where the clock tells before the run.
@@ -159,14 +168,20 @@ pub fn estimate(scene: &Scene) -> Result<Estimate, PrepareError> {
     if let Some(grains) = &scene.microgel {
         return Ok(estimate_grains(scene, grains, &microgel::Schedule::new(&microgel::settings(scene, grains)?)));
     }
+    if let Some(section) = &scene.yarn {
+        return estimate_yarns(scene, section);
+    }
     let strands = expand(scene)?;
     let vertices: usize = strands.iter().map(|strand: &StrandGeometry| strand.positions.len()).sum();
     let record = record_settings(scene);
     let frames = record.frames.count(scene.time.end);
     // per vertex and frame: positions and about fifteen numbers of fields in VTK, six in PLY
     let per_vertex = if record.vtk { 150.0 } else { 0.0 } + if record.ply { 60.0 } else { 0.0 };
-    let frame_bytes = vertices as f64 * per_vertex;
-    let checkpoint_bytes = vertices as f64 * 250.0 * record.keep as f64;
+    let liquid = liquid_estimate(scene);
+    let [vtk, ply, saved] = liquid.map_or([0.0; 3], |liquid| liquid.stored);
+    let in_frame = if record.vtk { vtk } else { 0.0 } + if record.ply { ply } else { 0.0 };
+    let frame_bytes = vertices as f64 * per_vertex + in_frame;
+    let checkpoint_bytes = (vertices as f64 * 250.0 + saved) * record.keep as f64;
     let step = match step_control(scene) {
         StepControl::Fixed(step) => step,
         StepControl::Adaptive { max, .. } => max,
@@ -175,11 +190,42 @@ pub fn estimate(scene: &Scene) -> Result<Estimate, PrepareError> {
     Ok(Estimate {
         strands: strands.len(),
         vertices,
+        yarns: 0,
         grains: 0,
         samples: 0,
-        memory: vertices as f64 * crate::scene::expand::BYTES_PER_VERTEX,
+        liquid,
+        memory: vertices as f64 * crate::scene::expand::BYTES_PER_VERTEX + liquid.map_or(0.0, |liquid| liquid.memory),
         frames,
         disk: frames.map(|frames| frames as f64 * frame_bytes + checkpoint_bytes),
+        steps: scene.time.end / step,
+    })
+}
+
+fn estimate_yarns(scene: &Scene, section: &crate::scene::yarn::Yarns) -> Result<Estimate, PrepareError> {
+    let settings = crate::yarn::settings(scene, section)?;
+    let sizes = crate::yarn::group_sizes(&settings);
+    let (yarns, vertices) = sizes.iter().fold((0.0, 0.0), |sum, size| (sum.0 + size.0, sum.1 + size.1));
+    let record = record_settings(scene);
+    let frames = record.frames.count(scene.time.end);
+    // per vertex and frame: fourteen numbers of eight bytes, and the connectivity
+    let per_vertex = if record.vtk { 140.0 } else { 0.0 } + if record.ply { 125.0 } else { 0.0 };
+    let numbers = if settings.dimension == 2 { 17.0 } else { 34.0 };
+    let checkpoint_bytes = vertices * 8.0 * numbers * record.keep as f64;
+    let step = match step_control(scene) {
+        StepControl::Fixed(step) => step,
+        StepControl::Adaptive { max, .. } => max,
+        StepControl::Own => scene.time.end,
+    };
+    Ok(Estimate {
+        strands: 0,
+        vertices: vertices as usize,
+        yarns: yarns as usize,
+        grains: 0,
+        samples: 0,
+        liquid: None,
+        memory: vertices * crate::yarn::BYTES_PER_VERTEX,
+        frames,
+        disk: frames.map(|frames| frames as f64 * vertices * per_vertex + checkpoint_bytes),
         steps: scene.time.end / step,
     })
 }
@@ -198,8 +244,10 @@ fn estimate_grains(scene: &Scene, grains: &Microgel, schedule: &microgel::Schedu
     Estimate {
         strands: 0,
         vertices: 0,
+        yarns: 0,
         grains: grains.grains,
         samples: grains.seeds as usize,
+        liquid: None,
         memory,
         frames,
         disk: frames.map(|frames| frames as f64 * count * per_grain + memory * record.keep as f64 + tables),
@@ -212,8 +260,17 @@ impl fmt::Display for Estimate {
         use crate::scene::expand::show_bytes;
         if self.samples > 0 {
             write!(f, "{} grains, {} sample{}", self.grains, self.samples, if self.samples == 1 { "" } else { "s" })?;
-        } else {
+        } else if self.yarns > 0 {
+            write!(f, "{} yarns, about {} vertices", self.yarns, self.vertices)?;
+        } else if self.strands > 0 || self.liquid.is_none() {
             write!(f, "{} strands, {} vertices", self.strands, self.vertices)?;
+        }
+        if let Some(liquid) = &self.liquid {
+            let also = if self.strands > 0 { ", " } else { "" };
+            write!(f, "{also}about {:.0} particles in {:.0} cells", liquid.particles, liquid.cells)?;
+            if liquid.particles > liquid.at_start {
+                write!(f, " ({:.0} at the start)", liquid.at_start)?;
+            }
         }
         let least = if self.samples > 0 { "" } else { "at least " };
         write!(f, "; {least}{:.0} steps; memory about {}", self.steps, show_bytes(self.memory))?;

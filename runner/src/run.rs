@@ -75,7 +75,7 @@ pub struct Progress {
 }
 
 /// Watches a run.
-pub trait Observer {
+pub trait Observer: Send {
     /// After every accepted step.
     fn progress(&mut self, progress: &Progress);
     /// Something a person should know.
@@ -160,6 +160,21 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// # Errors
 /// When it could not be started or recorded. A run whose physics failed is an [`Ending::Failed`], not an error.
 pub fn execute(
+    job: Job,
+    options: &RunOptions,
+    observer: &mut dyn Observer,
+    stop: &AtomicBool,
+) -> Result<RunOutcome, RunError> {
+    // A small system spends longer handing its work to other threads than doing it.
+    if job.system.is_small()
+        && let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(1).build()
+    {
+        return pool.install(|| carry_out(job, options, observer, stop));
+    }
+    carry_out(job, options, observer, stop)
+}
+
+fn carry_out(
     mut job: Job,
     options: &RunOptions,
     observer: &mut dyn Observer,

@@ -69,6 +69,11 @@ pub trait System: Send {
         false
     }
 
+    /// True when a step is so short that it is best taken on one thread; the results are the same.
+    fn is_small(&self) -> bool {
+        false
+    }
+
     /// Further files a system leaves beside the common record at the end of a run (name, content).
     fn final_files(&self) -> Vec<(String, Vec<u8>)> {
         Vec::new()

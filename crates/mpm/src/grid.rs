@@ -34,6 +34,8 @@ pub struct CellFields {
     pub liquid_distance: Vec<f64>,
     /// Distance to the nearest solid, negative inside it [m].
     pub solid_distance: Vec<f64>,
+    /// Share of the kernel around the cell that solids leave open [1].
+    pub kernel_open: Vec<f64>,
     /// Average volume ratio of the liquid [1].
     pub volume_ratio: Vec<f64>,
     /// Compliance, one over the bulk modulus [1/Pa]; zero where the volume is rigid.
@@ -44,8 +46,8 @@ pub struct CellFields {
 
 /// A face tied to another one by a wall: `velocity = ratio × velocity(source) + offset`.
 ///
-/// Stress sees the tied face through the ratio; inertia, body force and pressure see only its carried mass, so that liquid at
-/// rest between walls stays at rest.
+/// All forces on the tied face act on the one it follows through the ratio: the motions that obey the ties are a subspace, and
+/// the balance of momentum is that of this subspace.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WallTie {
     /// Direction of the face normal.
@@ -56,11 +58,6 @@ pub struct WallTie {
     pub source: u32,
     /// Factor on the source.
     pub ratio: f64,
-    /// Share of mass, body force and pressure of the tied face that acts on the source: the ratio where it is positive.
-    pub carried: f64,
-    /// Share of the momentum of the tied face that joins the source: one at a wall that lets the liquid slip, zero where it
-    /// sticks or where the wall stands across the direction.
-    pub merged: f64,
     /// What is added [m/s].
     pub offset: f64,
 }
@@ -195,6 +192,7 @@ impl<const D: usize> LiquidGrid<D> {
         let cells = c.liquid_fraction.capacity()
             + c.liquid_distance.capacity()
             + c.solid_distance.capacity()
+            + c.kernel_open.capacity()
             + c.volume_ratio.capacity()
             + c.compliance.capacity()
             + c.pressure.capacity();

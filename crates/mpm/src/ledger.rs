@@ -23,7 +23,7 @@ pub struct Ledger<const D: usize> {
     pub emitted_momentum: Vector<D>,
     /// Mass taken by terminators [kg].
     pub terminated_mass: f64,
-    /// Volume taken by terminators [m³].
+    /// Volume at rest taken by terminators [m³].
     pub terminated_volume: f64,
     /// Momentum that went with it [kg m/s].
     pub terminated_momentum: Vector<D>,
@@ -83,7 +83,7 @@ impl<const D: usize> Ledger<D> {
     /// Books what a terminator took.
     pub fn terminated(&mut self, t: &Terminated<D>) {
         self.terminated_mass += t.mass;
-        self.terminated_volume += t.volume;
+        self.terminated_volume += t.rest_volume;
         self.terminated_momentum += t.momentum;
     }
 

@@ -309,6 +309,8 @@ fn spread<const D: usize>(
     let per = cells_per_block::<D>();
     let interior = interior_cells(grid, (per_axis.pow(D as u32) / 2).max(1));
     let twist_factor = 0.5 / (0.25 * lattice.dx * lattice.dx);
+    // Weight of a neighbour at the spacing of the sub-lattice, whose square over that of the range is that of unit volume.
+    let regular = (1.0 - 0.25 / radius::<D>(1.0).powi(2)).max(0.0).powi(3) * (1.0 + 1e-9);
     let n = particles.len();
     scratch.shift.clear();
     scratch.shift.resize(n, Vector::zeros());
@@ -349,7 +351,12 @@ fn spread<const D: usize>(
                         if r2 >= range * range || !is_interior(&view.position[q]) {
                             return;
                         }
+                        // Only what is closer than the sub-lattice would hold it is crowded: a regular arrangement stays.
                         let s = 1.0 - r2 / (range * range);
+                        let push = s * s * s - regular;
+                        if push <= 0.0 {
+                            return;
+                        }
                         let direction = if r2 > 0.0 {
                             d / r2.sqrt()
                         } else {
@@ -359,7 +366,7 @@ fn spread<const D: usize>(
                             if view.id[p] < view.id[q] { away } else { -away }
                         };
                         let mass = 2.0 * view.mass[q] / (view.mass[p] + view.mass[q]);
-                        let step = direction * (strength * s * s * s * range * mass);
+                        let step = direction * (strength * push * range * mass);
                         shift += step;
                         twist -= (view.velocity[p] - view.velocity[q]) * step.transpose() * twist_factor;
                     });

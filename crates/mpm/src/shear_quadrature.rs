@@ -1,17 +1,21 @@
 //! The shear operator through `2^D` points a cell.
 //!
-//! Tangents of the particles of a sub-cell (half a cell wide) are summed once per solve: the isotropic coefficient, the
-//! geometric deviator and the dyads add up exactly, so only the place where they act is approximated, to second order in the cell
-//! size. Weights at sub-cell centres are constants; the sums over the stencil factorise into one direction after the other, with
-//! values and slopes of both points of a direction side by side in one vector register.
+//! Tangents of the particles are shared once per solve among the sub-cell centres around them, linearly in the distance along
+//! each direction: the isotropic coefficient, the geometric deviator and the dyads add up exactly and keep their centre, so only
+//! the place where they act is approximated, to second order in the cell size wherever the particles lie. (Giving each particle
+//! to the sub-cell it is in is of first order for uneven samples: 21 % off with three particles per cell and direction, against
+//! 2 %.) All shares are positive, so a sum of positive tangents stays positive. Weights at sub-cell centres are constants; the sums
+//! over the stencil factorise into one direction after the other, with values and slopes of both points of a direction side by side
+//! in one vector register.
 
 use crate::grid::LiquidGrid;
 use crate::particles::Particles;
 use crate::shear_operator::{OperatorScratch, through_tiles};
-use crate::shear_state::ShearState;
+use crate::shear_state::{PointTangent, ShearState};
 use particle_grid::tile::{ROW, WIDTH, padded_len};
-use particle_grid::{BLOCK, Lanes, cells_per_block, vectorised};
+use particle_grid::{BLOCK, BlockGrid, Lanes, NONE, cells_per_block, vectorised};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Independent entries of a symmetric matrix.
 const fn sym<const D: usize>() -> usize {
@@ -23,6 +27,9 @@ const fn numbers<const D: usize>() -> usize {
     let s = sym::<D>();
     1 + s + s * (s + 1) / 2
 }
+
+/// The most numbers per point, padded to whole vector registers.
+const MOST: usize = 28;
 
 /// Points per cell.
 const fn points<const D: usize>() -> usize {
@@ -107,8 +114,133 @@ fn x_line(component: usize) -> &'static [Lanes; 4] {
     if component == 0 { &X_LANES[0] } else { &X_LANES[1] }
 }
 
+/// Cells along one direction of a block with one more on either side.
+const HALO: usize = BLOCK + 2;
+/// Points along one direction of a block.
+const POINTS: usize = 2 * BLOCK;
+
+/// Ranges of the particles in the cells of a block and around it, x fastest.
+fn surroundings<const D: usize>(grid: &LiquidGrid<D>, rank: usize, ranges: &mut Vec<(usize, Range<usize>)>) {
+    let neighbours = grid.blocks.neighbours(grid.blocks.occupied()[rank] as usize);
+    ranges.clear();
+    for k in 0..HALO.pow(D as u32) {
+        let mut rest = k;
+        let mut offset = [0i32; D];
+        let mut cell = 0;
+        for a in 0..D {
+            let digit = (rest % HALO) as i32 - 1;
+            rest /= HALO;
+            offset[a] = digit.div_euclid(BLOCK as i32);
+            cell += digit.rem_euclid(BLOCK as i32) as usize * BLOCK.pow(a as u32);
+        }
+        let block = neighbours[BlockGrid::<D>::slot(&offset)];
+        let other = if block == NONE { NONE } else { grid.blocks.rank(block as usize) };
+        ranges.push(if other == NONE {
+            (0, 0..0)
+        } else {
+            (other as usize, grid.order.cell_range(other as usize, cell))
+        });
+    }
+}
+
+/// Where a particle acts: along each direction the lower point of its pair, counted from the low side of the block, the share
+/// of the upper one, and the nearest point in its own cell.
+struct Place<const D: usize> {
+    low: [i32; D],
+    share: [f64; D],
+    own: [i32; D],
+}
+
+impl<const D: usize> Place<D> {
+    /// `cell`: digits of its cell from the low side of the block; `local`: position in the cell, 0 to 1.
+    #[inline(always)]
+    fn new(cell: &[i32; D], local: &[f64; D]) -> Self {
+        let mut place = Self { low: [0; D], share: [0.0; D], own: [0; D] };
+        for a in 0..D {
+            let s = 2.0 * local[a] - 0.5;
+            let low = s.floor();
+            place.low[a] = 2 * cell[a] + low as i32;
+            place.share[a] = s - low;
+            place.own[a] = 2 * cell[a] + i32::from(local[a] >= 0.5);
+        }
+        place
+    }
+
+    /// Whether any of its points lies in the block.
+    #[inline(always)]
+    fn reaches(&self) -> bool {
+        (0..D).all(|a| self.low[a] >= -1 && self.low[a] < POINTS as i32)
+    }
+}
+
+/// The numbers of a particle: isotropic, geometric deviator, dyad.
+#[inline(always)]
+fn packed<const D: usize>(t: &PointTangent<D>, volume: f64) -> [f64; MOST] {
+    let s = sym::<D>();
+    let mut out = [0.0; MOST];
+    out[0] = volume * t.isotropic;
+    let entries: [f64; 6] = std::array::from_fn(|k| if k < s { t.deviator[pair::<D>(k)] } else { 0.0 });
+    let geometric = volume * t.geometric;
+    let dyadic = volume * t.dyadic;
+    let mut at = 1 + s;
+    for i in 0..s {
+        out[1 + i] = geometric * entries[i];
+        for j in i..s {
+            out[at] = dyadic * entries[i] * entries[j];
+            at += 1;
+        }
+    }
+    out
+}
+
+/// Adds the shares of a particle to the points of the block.
+#[inline(always)]
+fn give<const D: usize>(
+    place: &Place<D>,
+    cell: &[i32; D],
+    ranges: &[(usize, Range<usize>)],
+    values: &[f64; MOST],
+    sums: &mut [[f64; MOST]],
+) {
+    for corner in 0..points::<D>() {
+        let mut weight = 1.0;
+        let mut point = [0i32; D];
+        let (mut leaves, mut target) = (false, 0);
+        for a in (0..D).rev() {
+            let upper = corner >> a & 1 == 1;
+            weight *= if upper { place.share[a] } else { 1.0 - place.share[a] };
+            point[a] = place.low[a] + i32::from(upper);
+            let of = point[a].div_euclid(2);
+            leaves |= of != cell[a];
+            // A pair of points never reaches further than the cells beside the particle's own; those beyond the halo of
+            // this block belong to other blocks.
+            target = target * HALO + (of + 1).clamp(0, HALO as i32 - 1) as usize;
+        }
+        if weight == 0.0 {
+            continue;
+        }
+        if leaves && ranges[target].1.is_empty() {
+            for a in 0..D {
+                if point[a].div_euclid(2) != cell[a] {
+                    point[a] = place.own[a];
+                }
+            }
+        }
+        if point.iter().any(|&k| k < 0 || k >= POINTS as i32) {
+            continue;
+        }
+        let index = point.iter().rev().fold(0, |index, &k| index * POINTS + k as usize);
+        for (sum, value) in sums[index].iter_mut().zip(values) {
+            *sum += weight * value;
+        }
+    }
+}
+
 impl<const D: usize> Quadrature<D> {
-    /// Sums the tangents of all particles into their sub-cells.
+    /// Shares the tangents of all particles among the points around them.
+    ///
+    /// What would go to a cell without particles stays at the nearest point of the particle's own cell: at a wall on cell
+    /// boundaries that is what the mirror image does.
     pub fn build(&mut self, particles: &Particles<D>, state: &ShearState<D>, grid: &LiquidGrid<D>) {
         let per = cells_per_block::<D>();
         let (n, np, s) = (numbers::<D>(), points::<D>(), sym::<D>());
@@ -117,54 +249,56 @@ impl<const D: usize> Quadrature<D> {
         let inverse_dx = 1.0 / lattice.dx;
         self.data.resize(occupied * per * n * np, 0.0);
         self.cells.resize(occupied, 0);
-        self.data.par_chunks_mut(per * n * np).zip(self.cells.par_iter_mut()).enumerate().for_each(
-            |(rank, (data, used))| {
-                data.fill(0.0);
-                *used = 0;
-                let block = grid.order.blocks()[rank];
-                for cell in 0..per {
-                    let range = grid.order.cell_range(rank, cell);
+        self.data.par_chunks_mut(per * n * np).zip(self.cells.par_iter_mut()).enumerate().for_each_init(
+            || (vec![[0.0f64; MOST]; POINTS.pow(D as u32)], Vec::new()),
+            |(sums, ranges), (rank, (data, used))| {
+                sums.fill([0.0; MOST]);
+                surroundings(grid, rank, ranges);
+                for (k, (owner, range)) in ranges.iter().enumerate() {
                     if range.is_empty() {
                         continue;
                     }
-                    let digits = particle_grid::lattice::local_digits::<D>(cell);
-                    let centre: [f64; D] =
-                        std::array::from_fn(|a| f64::from(block[a]) * BLOCK as f64 + digits[a] as f64 + 0.5);
-                    let data = &mut data[cell * n * np..(cell + 1) * n * np];
-                    let mut any = false;
-                    for p in range {
+                    let mut rest = k;
+                    let cell: [i32; D] = std::array::from_fn(|_| {
+                        let digit = (rest % HALO) as i32 - 1;
+                        rest /= HALO;
+                        digit
+                    });
+                    let block = grid.order.blocks()[*owner];
+                    let corner: [f64; D] = std::array::from_fn(|a| {
+                        f64::from(block[a]) * BLOCK as f64 + f64::from(cell[a].rem_euclid(BLOCK as i32))
+                    });
+                    for p in range.clone() {
                         let t = &state.tangent[p];
                         if t.isotropic == 0.0 && t.dyadic == 0.0 {
                             continue;
                         }
-                        any = true;
                         let x = &particles.position[p];
-                        let mut point = 0;
-                        for a in 0..D {
-                            if (x[a] - lattice.origin[a]) * inverse_dx >= centre[a] {
-                                point |= 1 << a;
-                            }
-                        }
-                        let v = particles.rest_volume[p];
-                        data[point] += v * t.isotropic;
-                        let packed: [f64; 6] =
-                            std::array::from_fn(|k| if k < s { t.deviator[pair::<D>(k)] } else { 0.0 });
-                        let geometric = v * t.geometric;
-                        for k in 0..s {
-                            data[(1 + k) * np + point] += geometric * packed[k];
-                        }
-                        let dyadic = v * t.dyadic;
-                        let mut at = 1 + s;
-                        for i in 0..s {
-                            for j in i..s {
-                                data[at * np + point] += dyadic * packed[i] * packed[j];
-                                at += 1;
-                            }
+                        let local = std::array::from_fn(|a| {
+                            ((x[a] - lattice.origin[a]) * inverse_dx - corner[a]).clamp(0.0, 1.0)
+                        });
+                        let place = Place::new(&cell, &local);
+                        if place.reaches() {
+                            give(&place, &cell, ranges, &packed(t, particles.rest_volume[p]), sums);
                         }
                     }
-                    if any {
-                        *used |= 1 << cell;
+                }
+                *used = 0;
+                for cell in 0..per {
+                    let digits = particle_grid::lattice::local_digits::<D>(cell);
+                    let data = &mut data[cell * n * np..(cell + 1) * n * np];
+                    let mut any = false;
+                    for point in 0..np {
+                        let mut index = 0;
+                        for a in (0..D).rev() {
+                            index = index * POINTS + 2 * digits[a] + (point >> a & 1);
+                        }
+                        for (k, value) in sums[index].iter().enumerate().take(n) {
+                            data[k * np + point] = *value;
+                        }
+                        any |= sums[index][0] != 0.0 || sums[index][1 + s..n].iter().any(|v| *v != 0.0);
                     }
+                    *used |= u64::from(any) << cell;
                 }
             },
         );

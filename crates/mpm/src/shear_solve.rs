@@ -19,6 +19,9 @@ use numerics::tensor::{Tensor, Vector};
 use particle_grid::{Contribution, Lanes, NONE, mac_offset, scatter};
 use serde::{Deserialize, Serialize};
 
+/// Share of its own mass that a face keeps at least when faces behind a wall, which move against it, are tied to it.
+const LEAST_SHARE: f64 = 0.1;
+
 /// What other phases do to the faces, one slice per direction with one entry per node. Absent parts cost nothing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FaceCoupling<'a, const D: usize> {
@@ -108,14 +111,18 @@ fn fold<const D: usize>(grid: &LiquidGrid<D>, v: &mut [f64]) {
     }
 }
 
-/// Imposes the ties on the face velocities: sources share the momentum of what they carry, ties follow.
+/// Imposes the ties on the face velocities: each source takes the velocity that fits its own momentum and that of the faces tied
+/// to it best (least kinetic energy of the difference); ties follow.
+///
+/// At a wall that lets the liquid slip this is the common velocity; at one that holds it, the velocity whose mirror image the
+/// faces behind the wall show.
 pub fn impose_walls<const D: usize>(grid: &mut LiquidGrid<D>) {
-    // (mass, momentum) that each source takes over from the faces it carries.
+    // (mass, momentum) that the ties add to each source.
     let mut gathered: Vec<(u8, u32, f64, f64)> = Vec::with_capacity(grid.ties.len());
-    for t in grid.ties.iter().filter(|t| t.source != NONE && t.merged > 0.0) {
+    for t in grid.ties.iter().filter(|t| t.source != NONE && t.ratio != 0.0) {
         let face = &grid.face[t.axis as usize];
-        let m = t.merged * face.mass[t.face as usize];
-        gathered.push((t.axis, t.source, m, m * face.velocity[t.face as usize]));
+        let m = t.ratio * face.mass[t.face as usize];
+        gathered.push((t.axis, t.source, t.ratio * m, m * (face.velocity[t.face as usize] - t.offset)));
     }
     gathered.sort_by_key(|g| (g.0, g.1));
     let mut k = 0;
@@ -210,13 +217,28 @@ impl<const D: usize> ShearSolver<D> {
                 face.mass.iter().zip(&face.volume).map(|(&m, &v)| if m > grid.mass_floor { [m, v] } else { [0.0; 2] }),
             );
         }
+        // What acts on tied faces acts on their sources through the ratio, as for stress; inertia is lumped the same way, so
+        // that liquid at rest under its pressure stays at rest.
+        let own: Vec<[f64; 2]> = grid
+            .ties
+            .iter()
+            .map(|t| if t.source == NONE { [0.0; 2] } else { self.liquid[t.axis as usize * n + t.source as usize] })
+            .collect();
         for t in &grid.ties {
             let base = t.axis as usize * n;
             let [m, v] = std::mem::take(&mut self.liquid[base + t.face as usize]);
             if t.source != NONE {
                 let source = &mut self.liquid[base + t.source as usize];
-                source[0] += t.carried * m;
-                source[1] += t.carried * v;
+                source[0] += t.ratio * m;
+                source[1] += t.ratio * v;
+            }
+        }
+        for (t, own) in grid.ties.iter().zip(own) {
+            if t.source != NONE {
+                let source = &mut self.liquid[t.axis as usize * n + t.source as usize];
+                if source[0] < LEAST_SHARE * own[0] {
+                    *source = own.map(|x| x * LEAST_SHARE);
+                }
             }
         }
         self.mass.extend(self.liquid.iter().map(|l| l[0]));
@@ -321,7 +343,9 @@ impl<const D: usize> ShearSolver<D> {
             fell_back: false,
             diagonal: !self.resists,
         };
-        let iterations = if self.resists { settings.newton_iterations.max(1) } else { 1 };
+        // Viscosity alone is linear: one solve does.
+        let elastic = self.resists && materials.iter().any(|m| m.law.is_shear_elastic());
+        let iterations = if elastic { settings.newton_iterations.max(1) } else { 1 };
         let mut first_size = 0.0;
         for iteration in 0..iterations {
             if iteration > 0 {

@@ -135,6 +135,7 @@ pub fn linearise<const D: usize>(
                 // λ_s − λ̃ = s λ̃_s
                 tangent.dyadic = 2.0 * mu_hat * (mu * size) * relaxed.radial_by_stress / (size * size);
             }
+            Tangent::Secant => {}
         }
     }
     // A torn particle follows another motion than f; its stress acts on the current configuration all the same.

@@ -143,19 +143,22 @@ pub struct Terminated<const D: usize> {
     pub mass: f64,
     /// Volume [m³].
     pub volume: f64,
+    /// Volume at rest [m³].
+    pub rest_volume: f64,
     /// Momentum [kg m/s].
     pub momentum: Vector<D>,
 }
 
 /// Removes the particles inside a region and says what went with them.
 pub fn terminate<const D: usize>(particles: &mut Particles<D>, inside: impl Fn(&Vector<D>) -> bool) -> Terminated<D> {
-    let mut out = Terminated { particles: 0, mass: 0.0, volume: 0.0, momentum: Vector::zeros() };
+    let mut out = Terminated { particles: 0, mass: 0.0, volume: 0.0, rest_volume: 0.0, momentum: Vector::zeros() };
     let gone: Vec<bool> = particles.position.iter().map(&inside).collect();
     for p in 0..particles.len() {
         if gone[p] {
             out.particles += 1;
             out.mass += particles.mass[p];
             out.volume += particles.volume(p);
+            out.rest_volume += particles.rest_volume[p];
             out.momentum += particles.velocity[p] * particles.mass[p];
         }
     }

@@ -6,7 +6,9 @@
 //!
 //! *Free surface.* The kernel-smoothed liquid fraction of a half-space is a known monotone function of the distance to its
 //! surface; inverting it gives a signed distance that is unbiased for flat surfaces in any direction (exact along axes), with no
-//! particle radius to calibrate. Near walls the fraction is divided by the share of the kernel that is open.
+//! particle radius to calibrate. Near walls the fraction is divided by the share of the kernel that is open: exactly for plane
+//! walls and where two of them meet at a right angle or face each other, interpolated in between. (A corner inside one solid is
+//! taken for a plane.)
 
 use crate::grid::{LiquidGrid, WallTie};
 use crate::settings::PressureSettings;
@@ -68,6 +70,8 @@ pub fn weights<const D: usize, S: Solid<D>>(
     }
     grid.cell.solid_distance.clear();
     grid.cell.solid_distance.resize(n, f64::INFINITY);
+    grid.cell.kernel_open.clear();
+    grid.cell.kernel_open.resize(n, 1.0);
     grid.ties.clear();
     grid.near_solid.clear();
     grid.near_solid.resize(grid.blocks.block_count(), false);
@@ -78,10 +82,11 @@ pub fn weights<const D: usize, S: Solid<D>>(
             .map(|f| (std::mem::take(&mut f.open), std::mem::take(&mut f.solid_velocity)))
             .collect();
         let mut cell = std::mem::take(&mut grid.cell.solid_distance);
+        let mut kernel = std::mem::take(&mut grid.cell.kernel_open);
         let view = &*grid;
         // One slice per block and field, so that blocks can be filled side by side.
-        let mut parts: Vec<(Vec<FaceSlices<'_>>, &mut [f64])> =
-            cell.chunks_mut(per).map(|c| (Vec::with_capacity(D), c)).collect();
+        let mut parts: Vec<(Vec<FaceSlices<'_>>, &mut [f64], &mut [f64])> =
+            cell.chunks_mut(per).zip(kernel.chunks_mut(per)).map(|(c, k)| (Vec::with_capacity(D), c, k)).collect();
         for (open, velocity) in &mut face {
             for (part, (o, v)) in parts.iter_mut().zip(open.chunks_mut(per).zip(velocity.chunks_mut(per))) {
                 part.0.push((o, v));
@@ -90,9 +95,10 @@ pub fn weights<const D: usize, S: Solid<D>>(
         let found: Vec<BlockWeights> = parts
             .into_par_iter()
             .enumerate()
-            .map(|(block, (mut faces, cells))| fill_block(view, solids, block, &mut faces, cells))
+            .map(|(block, (mut faces, cells, open))| fill_block(view, solids, block, &mut faces, cells, open))
             .collect();
         grid.cell.solid_distance = cell;
+        grid.cell.kernel_open = kernel;
         for (a, (open, velocity)) in face.into_iter().enumerate() {
             grid.face[a].open = open;
             grid.face[a].solid_velocity = velocity;
@@ -117,6 +123,7 @@ fn fill_block<const D: usize, S: Solid<D>>(
     block: usize,
     faces: &mut [FaceSlices<'_>],
     cells: &mut [f64],
+    kernel_open: &mut [f64],
 ) -> BlockWeights {
     let lattice = grid.lattice();
     let dx = lattice.dx;
@@ -150,10 +157,15 @@ fn fill_block<const D: usize, S: Solid<D>>(
     };
     let per = cells_per_block::<D>();
     let mut ties = Vec::new();
+    let mut normals = Vec::new();
     for local in 0..per {
         let digits = local_digits::<D>(local);
         let cell: [i32; D] = std::array::from_fn(|a| low[a] + digits[a] as i32);
-        cells[local] = distance(solids, &lattice.node_position(&cell, &[CENTRE; D]));
+        let middle = lattice.node_position(&cell, &[CENTRE; D]);
+        cells[local] = distance(solids, &middle);
+        if cells[local] < 1.5 * dx {
+            kernel_open[local] = open_kernel(solids, &middle, dx, &mut normals);
+        }
         for axis in 0..D {
             let open = 1.0 - covered(&digits, axis, &corner_at);
             faces[axis].0[local] = open;
@@ -174,6 +186,39 @@ fn fill_block<const D: usize, S: Solid<D>>(
         }
     }
     BlockWeights { ties, near: true }
+}
+
+/// Share of the kernel around a point that solids leave open.
+///
+/// Each solid is taken for its tangent plane. Planes at a right angle leave the product of their shares, planes facing each other
+/// what both leave; of planes along each other only the nearest counts.
+fn open_kernel<const D: usize, S: Solid<D>>(
+    solids: &[S],
+    x: &Vector<D>,
+    dx: f64,
+    normals: &mut Vec<(f64, Vector<D>)>,
+) -> f64 {
+    normals.clear();
+    for s in solids {
+        if s.distance(x) < 1.5 * dx {
+            normals.push(s.sample(x));
+        }
+    }
+    normals.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut open = 1.0;
+    for (k, (distance, normal)) in normals.iter().enumerate() {
+        let share = bspline::integral((distance / dx).clamp(-1.5, 1.5));
+        let (mut along, mut against) = (0.0f64, 0.0f64);
+        for (_, other) in &normals[..k] {
+            let cosine = normal.dot(other);
+            along = along.max(cosine);
+            against = against.max(-cosine);
+        }
+        let corner = open * share.powf(1.0 - along.min(1.0));
+        let gap = open + share - 1.0;
+        open = corner + against.min(1.0) * (gap - corner);
+    }
+    open.max(1.0 / 48.0)
 }
 
 /// Share of a face that is covered by solids.
@@ -214,15 +259,8 @@ fn tie<const D: usize, S: Solid<D>>(
     }
     let out = wall.normal.iamax();
     let side = if wall.normal[out] > 0.0 { 1 } else { -1 };
-    let prescribed = WallTie {
-        axis: axis as u8,
-        face: node as u32,
-        source: NONE,
-        ratio: 0.0,
-        carried: 0.0,
-        merged: 0.0,
-        offset: wall.velocity[axis],
-    };
+    let prescribed =
+        WallTie { axis: axis as u8, face: node as u32, source: NONE, ratio: 0.0, offset: wall.velocity[axis] };
     let mut source = node as u32;
     for k in 1..=3 {
         source = grid.blocks.along(source as usize, out, side);
@@ -239,7 +277,7 @@ fn tie<const D: usize, S: Solid<D>>(
             let mirrored = wall.distance / gap;
             let ratio = hold * mirrored + (1.0 - hold);
             let offset = hold * (1.0 - mirrored) * wall.velocity[axis];
-            return Some(WallTie { source, ratio, carried: ratio.max(0.0), merged: 1.0 - hold, offset, ..prescribed });
+            return Some(WallTie { source, ratio, offset, ..prescribed });
         }
     }
     Some(prescribed)
@@ -256,7 +294,7 @@ fn liquid_distance<const D: usize>(
     let shift = bspline::inverse_integral(settings.liquid_threshold);
     let cell = &mut grid.cell;
     cell.liquid_distance.resize(n, 0.0);
-    let (fraction, solid) = (&cell.liquid_fraction, &cell.solid_distance);
+    let (fraction, solid, kernel) = (&cell.liquid_fraction, &cell.solid_distance, &cell.kernel_open);
     cell.liquid_distance.par_iter_mut().enumerate().with_min_len(4096).for_each(|(i, d)| {
         let mut filled = fraction[i];
         if filled <= 0.0 {
@@ -264,7 +302,7 @@ fn liquid_distance<const D: usize>(
             return;
         }
         // The kernel of a cell at a wall reaches into the solid, where there is no liquid.
-        let open = bspline::integral((solid[i] / dx).clamp(-1.5, 1.5)).max(1.0 / 48.0);
+        let open = kernel[i];
         let strands = solid_fraction.map_or(0.0, |s| s[i]).min(0.95);
         filled /= open * (1.0 - strands);
         *d = -dx * (bspline::inverse_integral(filled.min(1.0)) - shift);

@@ -35,7 +35,7 @@ pub enum InertiaForm {
 /// - `crossed`: volume that crossed each edge during the step [m³] (`FilmSolver::crossed_volume`); not read by the
 ///   semi-Lagrangian form
 /// - `velocity`: velocity of the strand at each vertex [m/s]
-/// - `density`: of the film [kg/m³]
+/// - `density`: of the film on each strand [kg/m³]; one value: the same for all
 /// - `dt`: step [s]; read by the semi-Lagrangian form alone
 ///
 /// # Errors
@@ -47,10 +47,11 @@ pub fn impulses(
     strands: StrandSlices<'_>,
     crossed: &[f64],
     velocity: &[Vector3<f64>],
-    density: f64,
+    density: &[f64],
     dt: f64,
     impulse: &mut [Vector3<f64>],
 ) -> Result<(), FilmError> {
+    let density_of = densities(density, state.strands())?;
     state.check_shapes(&strands)?;
     let require = |what, expected: usize, found: usize| {
         if expected == found { Ok(()) } else { Err(FilmError::Shape { what, expected, found }) }
@@ -62,6 +63,7 @@ pub fn impulses(
         let (v, e) = (state.vertices(s), state.edges(s));
         let motion = &velocity[v.clone()];
         let out = &mut impulse[v.clone()];
+        let density = density_of(s);
         if form == InertiaForm::SemiLagrangian {
             let length = &strands.edge_length[e.clone()];
             let film = Film { area: &state.area[v], speed: &state.velocity[e], length };
@@ -71,6 +73,14 @@ pub fn impulses(
         }
     }
     Ok(())
+}
+
+/// The density of each strand from one value or one for each.
+fn densities(density: &[f64], strands: usize) -> Result<impl Fn(usize) -> f64 + '_, FilmError> {
+    if density.len() != 1 && density.len() != strands {
+        return Err(FilmError::Shape { what: "density", expected: strands, found: density.len() });
+    }
+    Ok(move |strand: usize| density[if density.len() == 1 { 0 } else { strand }])
 }
 
 /// Impulses from the volumes that crossed the edges of one strand.
@@ -148,6 +158,7 @@ impl Film<'_> {
 /// `I [θ̇(x − dt u) − θ̇(x)]` with the film's rotary inertia, back-traced edge by edge; written to `impulse`.
 ///
 /// - `spin`: rotation rate of the strand about its tangent on each edge [1/s]
+/// - `density`: as for [`impulses`]
 ///
 /// # Errors
 /// [`FilmError::Shape`] if a slice does not fit.
@@ -155,10 +166,11 @@ pub fn twist_impulses(
     state: &FilmState,
     strands: StrandSlices<'_>,
     spin: &[f64],
-    density: f64,
+    density: &[f64],
     dt: f64,
     impulse: &mut [f64],
 ) -> Result<(), FilmError> {
+    let density_of = densities(density, state.strands())?;
     state.check_shapes(&strands)?;
     for (what, found) in [("spin", spin.len()), ("impulse", impulse.len())] {
         if found != state.velocity.len() {
@@ -167,6 +179,7 @@ pub fn twist_impulses(
     }
     for s in 0..state.strands() {
         let (v, e) = (state.vertices(s), state.edges(s));
+        let density = density_of(s);
         let (area, axes) = (&state.area[v.clone()], &strands.semi_axes[v]);
         let (speed, length) = (&state.velocity[e.clone()], &strands.edge_length[e.clone()]);
         let (spin, out) = (&spin[e.clone()], &mut impulse[e]);

@@ -18,10 +18,23 @@ use crate::wall::Wall;
 #[derive(Clone, Debug)]
 pub struct FilmSolver {
     settings: FilmSettings,
-    liquid: FilmLiquid,
-    wall: Wall,
+    media: Vec<Medium>,
+    /// Medium of each strand; empty: the first for all.
+    medium_of: Vec<u32>,
     work: Vec<f64>,
     crossed: Vec<f64>,
+}
+
+/// A liquid on its strands.
+#[derive(Clone, Copy, Debug)]
+struct Medium {
+    liquid: FilmLiquid,
+    wall: Wall,
+}
+
+/// The medium of a strand.
+fn medium<'a>(media: &'a [Medium], medium_of: &[u32], strand: usize) -> &'a Medium {
+    &media[medium_of.get(strand).map_or(0, |place| *place as usize)]
 }
 
 impl FilmSolver {
@@ -30,9 +43,34 @@ impl FilmSolver {
     /// # Errors
     /// [`FilmError::Parameter`] if a setting is out of range.
     pub fn new(liquid: FilmLiquid, settings: FilmSettings) -> Result<Self, FilmError> {
-        settings.check()?;
-        let wall = Wall::new(settings.wall, &liquid, settings.slip_length);
-        Ok(FilmSolver { settings, liquid, wall, work: Vec::new(), crossed: Vec::new() })
+        Self::for_strands(&[(liquid, settings.slip_length)], Vec::new(), settings)
+    }
+
+    /// A solver for several liquids.
+    ///
+    /// - `media`: liquid and Navier slip length [m] of each; the slip length of the settings is not read
+    /// - `medium_of`: place in `media` of each strand; empty: the first for all
+    ///
+    /// # Errors
+    /// [`FilmError::Parameter`] if a setting is out of range, [`FilmError::Shape`] if there is no medium or a strand names
+    /// one that is not there.
+    pub fn for_strands(
+        media: &[(FilmLiquid, f64)],
+        medium_of: Vec<u32>,
+        settings: FilmSettings,
+    ) -> Result<Self, FilmError> {
+        let most = medium_of.iter().max().map_or(0, |most| *most as usize) + 1;
+        if media.len() < most {
+            return Err(FilmError::Shape { what: "media", expected: most, found: media.len() });
+        }
+        let media = media
+            .iter()
+            .map(|(liquid, slip)| {
+                FilmSettings { slip_length: *slip, ..settings }.check()?;
+                Ok(Medium { liquid: *liquid, wall: Wall::new(settings.wall, liquid, *slip) })
+            })
+            .collect::<Result<_, FilmError>>()?;
+        Ok(FilmSolver { settings, media, medium_of, work: Vec::new(), crossed: Vec::new() })
     }
 
     /// The settings.
@@ -41,16 +79,22 @@ impl FilmSolver {
         &self.settings
     }
 
-    /// The liquid.
+    /// The liquid (of the first medium).
     #[must_use]
     pub fn liquid(&self) -> &FilmLiquid {
-        &self.liquid
+        &self.media[0].liquid
     }
 
-    /// Friction on the strand.
+    /// The liquid on a strand.
+    #[must_use]
+    pub fn liquid_of(&self, strand: usize) -> &FilmLiquid {
+        &medium(&self.media, &self.medium_of, strand).liquid
+    }
+
+    /// Friction on the strand (of the first medium).
     #[must_use]
     pub fn wall(&self) -> &Wall {
-        &self.wall
+        &self.media[0].wall
     }
 
     /// Volume that crossed each edge during the last advection [m³], along the tangent.
@@ -74,12 +118,29 @@ impl FilmSolver {
         gravity: Vector3<f64>,
         dt: f64,
     ) -> Result<FilmReport, FilmError> {
-        let (settings, liquid, wall) = (self.settings, self.liquid, self.wall);
-        self.visit(state, strands, dt, true, &|strand| {
-            let advected = advect::advect(strand, &settings, liquid.density, dt);
-            shear::accelerate(strand, &settings, &liquid, gravity, dt);
-            rub(strand, &settings, &wall, dt);
-            advected.merged(limit::limit(strand, &settings, dt))
+        self.visit(state, strands, dt, true, &|strand, settings, medium| {
+            let advected = advect::advect(strand, settings, medium.liquid.density, dt);
+            shear::accelerate(strand, settings, &medium.liquid, gravity, dt);
+            rub(strand, settings, &medium.wall, dt);
+            advected.merged(limit::limit(strand, settings, dt))
+        })
+    }
+
+    /// Everything that changes the velocities over `dt` [s], in one pass: accelerate, rub, limit.
+    ///
+    /// # Errors
+    /// As [`Self::advance`].
+    pub fn drive(
+        &mut self,
+        state: &mut FilmState,
+        strands: StrandSlices<'_>,
+        gravity: Vector3<f64>,
+        dt: f64,
+    ) -> Result<FilmReport, FilmError> {
+        self.visit(state, strands, dt, false, &|strand, settings, medium| {
+            shear::accelerate(strand, settings, &medium.liquid, gravity, dt);
+            rub(strand, settings, &medium.wall, dt);
+            limit::limit(strand, settings, dt)
         })
     }
 
@@ -93,8 +154,9 @@ impl FilmSolver {
         strands: StrandSlices<'_>,
         dt: f64,
     ) -> Result<FilmReport, FilmError> {
-        let (settings, density) = (self.settings, self.liquid.density);
-        self.visit(state, strands, dt, true, &|strand| advect::advect(strand, &settings, density, dt))
+        self.visit(state, strands, dt, true, &|strand, settings, medium| {
+            advect::advect(strand, settings, medium.liquid.density, dt)
+        })
     }
 
     /// Gravity, acceleration of the strands and elastic force over `dt` [s].
@@ -108,9 +170,8 @@ impl FilmSolver {
         gravity: Vector3<f64>,
         dt: f64,
     ) -> Result<FilmReport, FilmError> {
-        let (settings, liquid) = (self.settings, self.liquid);
-        self.visit(state, strands, dt, false, &|strand| {
-            shear::accelerate(strand, &settings, &liquid, gravity, dt);
+        self.visit(state, strands, dt, false, &|strand, settings, medium| {
+            shear::accelerate(strand, settings, &medium.liquid, gravity, dt);
             FilmReport::default()
         })
     }
@@ -120,9 +181,8 @@ impl FilmSolver {
     /// # Errors
     /// As [`Self::advance`].
     pub fn rub(&mut self, state: &mut FilmState, strands: StrandSlices<'_>, dt: f64) -> Result<FilmReport, FilmError> {
-        let (settings, wall) = (self.settings, self.wall);
-        self.visit(state, strands, dt, false, &|strand| {
-            rub(strand, &settings, &wall, dt);
+        self.visit(state, strands, dt, false, &|strand, settings, medium| {
+            rub(strand, settings, &medium.wall, dt);
             FilmReport::default()
         })
     }
@@ -137,8 +197,7 @@ impl FilmSolver {
         strands: StrandSlices<'_>,
         dt: f64,
     ) -> Result<FilmReport, FilmError> {
-        let settings = self.settings;
-        self.visit(state, strands, dt, false, &|strand| limit::limit(strand, &settings, dt))
+        self.visit(state, strands, dt, false, &|strand, settings, _| limit::limit(strand, settings, dt))
     }
 
     /// Stretches the strain by the velocities and lets it flow over `dt` [s] (stage 11).
@@ -151,9 +210,8 @@ impl FilmSolver {
         strands: StrandSlices<'_>,
         dt: f64,
     ) -> Result<FilmReport, FilmError> {
-        let (settings, liquid) = (self.settings, self.liquid);
-        self.visit(state, strands, dt, false, &|strand| {
-            relax::relax(strand, &settings, &liquid, dt);
+        self.visit(state, strands, dt, false, &|strand, settings, medium| {
+            relax::relax(strand, settings, &medium.liquid, dt);
             FilmReport::default()
         })
     }
@@ -165,20 +223,27 @@ impl FilmSolver {
         strands: StrandSlices<'_>,
         dt: f64,
         advects: bool,
-        stage: &(impl Fn(&mut Strand<'_>) -> FilmReport + Sync),
+        stage: &(impl Fn(&mut Strand<'_>, &FilmSettings, &Medium) -> FilmReport + Sync),
     ) -> Result<FilmReport, FilmError> {
         if !(dt > 0.0 && dt.is_finite()) {
             return Err(FilmError::Parameter { name: "step", value: dt, allowed: "finite, above 0 s" });
         }
         state.check_shapes(&strands)?;
+        if !self.medium_of.is_empty() && self.medium_of.len() != state.strands() {
+            let (expected, found) = (state.strands(), self.medium_of.len());
+            return Err(FilmError::Shape { what: "media of the strands", expected, found });
+        }
         self.work.resize(WORK * state.area.len(), 0.0);
         self.crossed.resize(state.velocity.len(), 0.0);
         if advects {
             self.crossed.fill(0.0);
         }
-        let dry = self.settings.dry_fraction;
+        let settings = self.settings;
+        let (media, medium_of) = (&self.media, &self.medium_of);
+        let dry = settings.dry_fraction;
         let report = for_each_strand(state, strands, &mut self.crossed, &mut self.work, &|mut strand| {
-            let mut report = stage(&mut strand);
+            let medium = medium(media, medium_of, strand.index);
+            let mut report = stage(&mut strand, &settings, medium);
             let positive = |x: &f64| x.is_finite() && *x >= 0.0;
             let fine = strand.area.iter().all(positive)
                 && strand.log_strain.iter().all(|x| x.is_finite())

@@ -265,7 +265,7 @@ fn both_forms_of_inertia_say_the_same() {
     let run = |form, motion: &[Vector3<f64>]| {
         let mut out = vec![Vector3::zeros(); 57];
         let crossed = solver.crossed_volume();
-        impulses(form, &before, strands.view(), crossed, motion, 200.0, 1e-3, &mut out).unwrap();
+        impulses(form, &before, strands.view(), crossed, motion, &[200.0], 1e-3, &mut out).unwrap();
         out
     };
     let (advective, flux) = (run(InertiaForm::Advective, &motion), run(InertiaForm::Flux, &motion));

@@ -3,8 +3,9 @@
 use constitutive::yarn::{YarnForm, YarnFrame};
 use nalgebra::SVector;
 use numerics::reduce::compensated_sum;
+use rayon::prelude::*;
 
-use crate::forces::{bending_energy, stress};
+use crate::forces::{CHUNK, bending_energy, stress};
 use crate::model::YarnModel;
 use crate::report::{Energy, Momentum, YarnFrameData};
 use crate::state::YarnState;
@@ -24,14 +25,24 @@ pub fn energy<const D: usize>(model: &YarnModel<D>, state: &YarnState<D>, gravit
         }
         0.5 * sum
     }));
-    let elastic = compensated_sum((0..n).filter(|&i| model.has_segment(i)).map(|i| {
+    let of_segment = |i: usize| {
+        if !model.has_segment(i) {
+            return [0.0; 3];
+        }
         let law = &model.materials[model.material[i] as usize].law;
         let f = match &model.world_frame {
             Some(frames) if law.form == YarnForm::Printed => state.deformation[i] * frames[i].transpose(),
             _ => state.deformation[i],
         };
-        model.volume[i] * law.energy(&f)
-    }));
+        let frame = YarnFrame::new(&f);
+        let stretch = 0.5 * law.stretch_modulus * (frame.stretch - 1.0).powi(2);
+        let shear = 0.5 * law.shear_modulus * (frame.shear[0] * frame.shear[0] + frame.shear[1] * frame.shear[1]);
+        [law.energy(&f), stretch, shear].map(|density| model.volume[i] * density)
+    };
+    // Handing out a small job takes longer than doing it.
+    let parts: Vec<[f64; 3]> =
+        if n < 20_000 { (0..n).map(of_segment).collect() } else { (0..n).into_par_iter().map(of_segment).collect() };
+    let [elastic, stretch, shear] = std::array::from_fn(|k| compensated_sum(parts.iter().map(|part| part[k])));
     let bending = compensated_sum((0..n).map(|i| bending_energy(model, i, &state.position)));
     let potential = compensated_sum((0..n).map(|i| {
         let mut sum = model.vertex_mass[i] * gravity.dot(&state.position[i]);
@@ -40,7 +51,7 @@ pub fn energy<const D: usize>(model: &YarnModel<D>, state: &YarnState<D>, gravit
         }
         -sum
     }));
-    Energy { kinetic, elastic, bending, gravity: potential }
+    Energy { kinetic, elastic, stretch, shear, bending, gravity: potential }
 }
 
 /// Linear and angular momentum of a state.
@@ -75,6 +86,16 @@ pub fn momentum<const D: usize>(model: &YarnModel<D>, state: &YarnState<D>) -> M
         }));
     }
     Momentum { linear, angular }
+}
+
+/// Sum of the magnitudes of all momenta [N s] by plain sums, for use as a scale; the same bits for any number of threads.
+pub(crate) fn size_of_momentum<const D: usize>(model: &YarnModel<D>, state: &YarnState<D>) -> f64 {
+    let chunk = |k: usize| {
+        let range = k * CHUNK..((k + 1) * CHUNK).min(model.len());
+        range.fold(0.0, |sum, i| sum + state.velocity[i].norm() * model.lumped_mass(i))
+    };
+    let parts: Vec<f64> = (0..model.len().div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
+    parts.iter().sum()
 }
 
 /// Tension [N] of segment `i`, positive in tension: axial traction of its ends.
@@ -129,6 +150,9 @@ pub fn frame_data<const D: usize>(model: &YarnModel<D>, state: &YarnState<D>) ->
         tension: at_vertex(0),
         pressure: at_vertex(1),
         slip: at_vertex(2),
+        segment_tension: segments.iter().map(|s| s[0]).collect(),
+        segment_pressure: segments.iter().map(|s| s[1]).collect(),
+        segment_slip: segments.iter().map(|s| s[2]).collect(),
         width: model.material.iter().map(|m| model.materials[*m as usize].width).collect(),
     }
 }

@@ -31,10 +31,33 @@ pub const MOTION: &str = "yarn: motion";
 /// Limit of the motion of obstacles, pins and drives.
 pub const OBSTACLE_MOTION: &str = "yarn: obstacle motion";
 
-/// All limits that apply now.
+/// What the limits need of a state, gathered in one pass over it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Rates {
+    /// Step at which the fastest edge or bend is at the limit of stability [s].
+    edge: f64,
+    /// The same for cross-sections [s].
+    section: f64,
+    /// Largest speed of a vertex [m/s].
+    fastest: f64,
+}
+
+/// Gathers the rates of a state.
+pub(crate) fn rates<const D: usize>(settings: &YarnSettings, model: &YarnModel<D>, state: &YarnState<D>) -> Rates {
+    let (edge, section) = wave_limits(settings, model, state);
+    let fastest = state
+        .velocity
+        .par_chunks(CHUNK)
+        .map(|v| v.iter().map(|v| v.norm_squared()).fold(0.0, f64::max))
+        .reduce(|| 0.0, f64::max)
+        .sqrt();
+    Rates { edge, section, fastest }
+}
+
+/// All limits that apply now; `rates` are those of [`rates`] for this state.
 pub(crate) fn step_limits<const D: usize>(
     settings: &YarnSettings,
-    model: &YarnModel<D>,
+    rates: Rates,
     boundary: &Boundary<D>,
     state: &YarnState<D>,
 ) -> Vec<StepLimit> {
@@ -45,18 +68,11 @@ pub(crate) fn step_limits<const D: usize>(
         }
     };
     if settings.step.integrator == Integrator::Explicit {
-        let (edge, section) = wave_limits(settings, model, state);
-        add(settings.step.safety * edge, STRETCH_WAVES);
-        add(settings.step.safety * section, CONTACT_WAVES);
+        add(settings.step.safety * rates.edge, STRETCH_WAVES);
+        add(settings.step.safety * rates.section, CONTACT_WAVES);
     }
     let reach = settings.step.motion * settings.cell;
-    let fastest = state
-        .velocity
-        .par_chunks(CHUNK)
-        .map(|v| v.iter().map(|v| v.norm_squared()).fold(0.0, f64::max))
-        .reduce(|| 0.0, f64::max)
-        .sqrt();
-    add(reach / fastest, MOTION);
+    add(reach / rates.fastest, MOTION);
     let mut led = 0.0f64;
     for obstacle in &boundary.obstacles {
         led = led.max(obstacle.at(state.time).speed());
@@ -71,8 +87,11 @@ pub(crate) fn step_limits<const D: usize>(
     limits
 }
 
-/// Steps at which `ω dt = 2` may be reached, for edges and for sections.
+/// Steps at which `ω dt = 2` may be reached, for edges and for sections; of no interest to implicit steps.
 fn wave_limits<const D: usize>(settings: &YarnSettings, model: &YarnModel<D>, state: &YarnState<D>) -> (f64, f64) {
+    if settings.step.integrator != Integrator::Explicit {
+        return (f64::INFINITY, f64::INFINITY);
+    }
     let share = settings.quadrature_mass_share;
     let section_share = if share > 0.0 { share } else { 0.5 };
     let cell2 = model.cell * model.cell;

@@ -233,17 +233,16 @@ impl<const D: usize> YarnModel<D> {
         let mean_volume = self.volume.iter().sum::<f64>() / count;
         let mean_length = self.rest_length.iter().sum::<f64>() / count;
         for (material, given) in self.materials.iter_mut().zip(settings.materials.values()) {
+            let along = given.stretch_modulus * mean_volume / (mean_length * mean_length);
+            let solid = given.solid_bending_stiffness(self.cell, D);
             material.bending = match given.bending {
-                Bending::Rod { stiffness } if !settings.compat => {
-                    BendingLaw::Rod(stiffness.unwrap_or_else(|| given.bundle_bending_stiffness(self.cell, D)))
-                }
                 Bending::None => BendingLaw::None,
-                Bending::Spring { stiffness } => BendingLaw::Spring(
-                    stiffness.unwrap_or(0.05 * given.stretch_modulus * mean_volume / (mean_length * mean_length)),
-                ),
-                Bending::Rod { .. } => {
-                    BendingLaw::Spring(0.05 * given.stretch_modulus * mean_volume / (mean_length * mean_length))
-                }
+                // The printed note knows springs only.
+                Bending::Rod { .. } | Bending::RodShare { .. } if settings.compat => BendingLaw::Spring(0.05 * along),
+                Bending::Rod { stiffness } => BendingLaw::Rod(stiffness.unwrap_or(0.01 * solid)),
+                Bending::RodShare { share } => BendingLaw::Rod(share * solid),
+                Bending::Spring { stiffness } => BendingLaw::Spring(stiffness.unwrap_or(0.05 * along)),
+                Bending::SpringShare { share } => BendingLaw::Spring(share * along),
             };
             if matches!(material.bending, BendingLaw::Rod(b) | BendingLaw::Spring(b) if b == 0.0) {
                 material.bending = BendingLaw::None;

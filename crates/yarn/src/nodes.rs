@@ -129,7 +129,7 @@ pub(crate) fn update<const D: usize>(
                 let change = loads.acceleration(&x) * dt;
                 sums.body += change * mass;
                 let free = p / mass + change;
-                let velocity = boundary.constrain(&index, &x, cell, near, free, |actor, change| match actor {
+                let velocity = boundary.constrain(&index, &x, near, free, |actor, change| match actor {
                     Actor::Wall => sums.walls += change * mass,
                     _ => sums.touched.push((actor, change * mass)),
                 });

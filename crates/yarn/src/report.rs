@@ -16,7 +16,7 @@ pub struct Ledger<const D: usize> {
     pub driven: SVector<f64, D>,
     /// From forces on nodes without mass, which no particle feels.
     pub lost: SVector<f64, D>,
-    /// Largest magnitude that momentum has had, the scale of the defect.
+    /// Largest sum of the magnitudes of all momenta that there has been, the scale of the defect.
     pub scale: f64,
 }
 
@@ -70,8 +70,12 @@ pub struct StepReport<const D: usize> {
 pub struct Energy {
     /// Kinetic, the affine parts included.
     pub kinetic: f64,
-    /// Of stretch, shear and contact.
+    /// Of stretch, shear and contact together.
     pub elastic: f64,
+    /// Of stretch along the yarns.
+    pub stretch: f64,
+    /// Of shear between fibres.
+    pub shear: f64,
     /// Of bending.
     pub bending: f64,
     /// Potential of gravity about the origin.
@@ -79,6 +83,12 @@ pub struct Energy {
 }
 
 impl Energy {
+    /// Of contact: compression and change of shape of the cross-sections.
+    #[must_use]
+    pub fn contact(&self) -> f64 {
+        self.elastic - self.stretch - self.shear
+    }
+
     /// Sum of all parts [J].
     #[must_use]
     pub fn total(&self) -> f64 {
@@ -114,6 +124,12 @@ pub struct YarnFrameData {
     pub pressure: Vec<f64>,
     /// Sliding between fibres since the start [m].
     pub slip: Vec<f64>,
+    /// Tension of the segment that starts at the vertex [N]; zero at the last vertex of a yarn, as the next two.
+    pub segment_tension: Vec<f64>,
+    /// Pressure of its cross-section [Pa].
+    pub segment_pressure: Vec<f64>,
+    /// Sliding in it since the start [m].
+    pub segment_slip: Vec<f64>,
     /// Diameter (width in 2-D) for pictures [m].
     pub width: Vec<f64>,
 }

@@ -65,7 +65,7 @@ pub(crate) fn particles_to_grid<const D: usize>(
     model: &YarnModel<D>,
     state: &YarnState<D>,
     forces: Option<(&Forces<D>, f64)>,
-    driven: &[(usize, SVector<f64, D>)],
+    driven: &[bool],
     transfer: &mut Transfer<D>,
 ) {
     let n = model.len();
@@ -75,7 +75,7 @@ pub(crate) fn particles_to_grid<const D: usize>(
             let mass = model.vertex_mass[point];
             let mut momentum = state.velocity[point] * mass;
             if let Some((forces, dt)) = forces
-                && !driven.iter().any(|d| d.0 == point)
+                && !driven.get(point).is_some_and(|driven| *driven)
             {
                 momentum += forces.on_vertex(point) * dt;
             }
@@ -127,7 +127,7 @@ pub(crate) fn step<const D: usize>(
     match &settings.step.integrator {
         Integrator::Explicit => {
             scratch.forces.evaluate(model, &state.position, &state.deformation, &state.deformation);
-            particles_to_grid(model, state, Some((&scratch.forces, dt)), &targets, &mut scratch.transfer);
+            particles_to_grid(model, state, Some((&scratch.forces, dt)), &boundary.driven, &mut scratch.transfer);
             totals.drives.extend(targets.iter().map(|&(vertex, _)| -scratch.forces.on_vertex(vertex) * dt));
             nodes::update(&mut scratch.transfer, &posed, &loads, dt, least_mass, &mut scratch.blocks);
             totals.add(&scratch.blocks);

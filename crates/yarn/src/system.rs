@@ -1,6 +1,7 @@
 //! The yarn system: settings, model, state, and `advance`.
 
 use std::path::Path;
+use std::sync::OnceLock;
 
 use nalgebra::SVector;
 use particle_grid::Lattice;
@@ -9,7 +10,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use crate::boundary::Boundary;
 use crate::diagnostics;
 use crate::error::{YarnError, YarnWarning};
-use crate::limits::step_limits;
+use crate::limits::{Rates, rates, step_limits};
 use crate::model::YarnModel;
 use crate::report::{Energy, Momentum, StepLimit, StepReport, YarnFrameData};
 use crate::settings::{OversizedStep, YarnSettings, gravity};
@@ -48,6 +49,8 @@ pub struct YarnSystem<const D: usize> {
     state: YarnState<D>,
     warnings: Vec<YarnWarning>,
     scratch: Scratch<D>,
+    /// What limits the next step, once somebody has asked for it.
+    rates: OnceLock<Rates>,
 }
 
 impl<const D: usize> YarnSystem<D> {
@@ -78,7 +81,16 @@ impl<const D: usize> YarnSystem<D> {
         let gravity = gravity(settings)?;
         let mut scratch = Scratch::new(lattice);
         scratch.transfer.rebuild(&model, &state.position)?;
-        Ok(Self { settings: settings.clone(), model, boundary, gravity, state, warnings, scratch })
+        Ok(Self {
+            settings: settings.clone(),
+            model,
+            boundary,
+            gravity,
+            state,
+            warnings,
+            scratch,
+            rates: OnceLock::new(),
+        })
     }
 
     /// Settings as built.
@@ -101,7 +113,13 @@ impl<const D: usize> YarnSystem<D> {
 
     /// The present state, to be changed by the caller (initial velocities, damping between steps).
     pub fn state_mut(&mut self) -> &mut YarnState<D> {
+        self.rates.take();
         &mut self.state
+    }
+
+    /// Sets the time [s] at which scripts are followed: a caller with a clock of its own keeps them in step.
+    pub fn set_time(&mut self, time: f64) {
+        self.state.time = time;
     }
 
     /// Replaces the state by one of the same scene.
@@ -129,6 +147,7 @@ impl<const D: usize> YarnSystem<D> {
             return Err(YarnError::NonFinite { yarn, vertex, quantity: "state", step: state.step });
         }
         self.state = state;
+        self.rates.take();
         Ok(())
     }
 
@@ -141,7 +160,18 @@ impl<const D: usize> YarnSystem<D> {
     /// All limits of the present step.
     #[must_use]
     pub fn step_limits(&self) -> Vec<StepLimit> {
-        step_limits(&self.settings, &self.model, &self.boundary, &self.state)
+        step_limits(&self.settings, *self.rates(), &self.boundary, &self.state)
+    }
+
+    fn rates(&self) -> &Rates {
+        self.rates.get_or_init(|| rates(&self.settings, &self.model, &self.state))
+    }
+
+    /// Whether the system is so small that its steps are taken on one thread. A caller that already is on a pool of one thread saves
+    /// handing every step over.
+    #[must_use]
+    pub fn is_small(&self) -> bool {
+        self.model.len() < SMALL
     }
 
     /// The tightest limit, where there is one.
@@ -156,7 +186,7 @@ impl<const D: usize> YarnSystem<D> {
     /// A step too large, a vertex that left the domain, a number that stopped being finite, a solve that did not converge.
     /// The state is then undefined (keep a clone to go back to), except after [`YarnError::StepTooLarge`] of an undivided step.
     pub fn advance(&mut self, dt: f64) -> Result<StepReport<D>, YarnError> {
-        if self.model.len() < SMALL { alone(|| self.advance_here(dt)) } else { self.advance_here(dt) }
+        if self.is_small() { alone(|| self.advance_here(dt)) } else { self.advance_here(dt) }
     }
 
     fn advance_here(&mut self, dt: f64) -> Result<StepReport<D>, YarnError> {
@@ -203,13 +233,16 @@ impl<const D: usize> YarnSystem<D> {
         {
             *force /= -dt;
         }
-        let momentum = diagnostics::momentum(&self.model, &self.state).linear.norm();
+        let momentum = diagnostics::size_of_momentum(&self.model, &self.state);
         let ledger = &mut self.state.ledger;
         ledger.scale = ledger.scale.max(momentum).max(ledger.initial.norm());
+        // The next step will want them; here they are gathered on the threads that are at work anyway.
+        self.rates();
         Ok(report)
     }
 
     fn substep(&mut self, dt: f64, report: &mut StepReport<D>) -> Result<(), YarnError> {
+        self.rates.take();
         let setting =
             Setting { settings: &self.settings, model: &self.model, boundary: &self.boundary, gravity: self.gravity };
         let outcome = step(&setting, &mut self.state, &mut self.scratch, dt)?;
@@ -263,7 +296,7 @@ impl<const D: usize> YarnSystem<D> {
         diagnostics::momentum(&self.model, &self.state)
     }
 
-    /// Momentum that the ledger does not account for, relative to the largest momentum there has been.
+    /// Momentum that the ledger does not account for, relative to the largest sum of the magnitudes of momenta there has been.
     #[must_use]
     pub fn momentum_defect(&self) -> f64 {
         let ledger = &self.state.ledger;

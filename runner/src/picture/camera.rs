@@ -40,7 +40,7 @@ fn bounds_of(piece: &Piece, left_out: &mut usize) -> Option<Bounds> {
     let mut bounds: Option<Bounds> = None;
     // discs in a plane have no thickness: they are seen at right angles
     let in_plane = piece.positions.len() > 1 && piece.positions.iter().all(|x| x[2] == 0.0);
-    let plane = in_plane && matches!(piece.topology, Topology::Points);
+    let plane = in_plane && (matches!(piece.topology, Topology::Points) || piece.name == "yarns");
     for (i, position) in piece.positions.iter().enumerate() {
         if !position.iter().all(|x| x.is_finite()) {
             *left_out += 1;
@@ -71,7 +71,7 @@ impl Framing {
     /// Adds what a frame shows. Solids count only where nothing else is there: a floor has no end.
     pub fn include(&mut self, frame: &Frame) {
         let mut moving: Option<Bounds> = None;
-        for piece in &frame.pieces {
+        for piece in frame.pieces.iter().filter(|p| !matches!(p.topology, Topology::Lattice { .. })) {
             let Some(bounds) = bounds_of(piece, &mut self.left_out) else { continue };
             let to = if piece.name == "solids" { &mut self.fallback } else { &mut moving };
             *to = Some(to.map_or(bounds, |b| b.merge(bounds)));

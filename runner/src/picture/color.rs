@@ -87,6 +87,7 @@ pub(super) fn of_piece(name: &str, i: usize, count: usize) -> Color {
     };
     match name {
         "particles" => linear([70, 140, 205]),
+        "films" => linear([126, 178, 222]),
         "contacts" => linear([215, 40, 40]),
         "solids" => linear([203, 207, 212]),
         "links" => linear(granular::frame::colour::LINK),

@@ -69,6 +69,8 @@ pub(super) fn collect(frame: &Frame, camera: &Camera, color: &ColorBy, factor: u
             }
             Topology::Segments(pairs) => pairs.iter().for_each(|p| brush.tube(p[0] as usize, p[1] as usize, &mut all)),
             Topology::Triangles(triangles) => brush.mesh(triangles, &mut all),
+            // a cut would hide what it cuts
+            Topology::Lattice { .. } => {}
         }
     }
     all
@@ -253,6 +255,6 @@ fn colors(piece: &Piece, by: &ColorBy) -> Vec<Color> {
             }
             colors
         }
-        Topology::Triangles(_) => vec![of_piece(&piece.name, 0, 1); n],
+        Topology::Triangles(_) | Topology::Lattice { .. } => vec![of_piece(&piece.name, 0, 1); n],
     }
 }

@@ -44,6 +44,15 @@ pub enum Topology {
     Segments(Vec<[u32; 2]>),
     /// Triangles, counter-clockwise seen from outside.
     Triangles(Vec<[u32; 3]>),
+    /// Points of a regular lattice, x fastest: an image.
+    Lattice {
+        /// First point [m].
+        origin: [f64; 3],
+        /// Distance of neighbours [m].
+        spacing: f64,
+        /// Points along each direction.
+        counts: [u32; 3],
+    },
 }
 
 /// A named value on every point or cell.
@@ -107,7 +116,7 @@ impl Piece {
     #[must_use]
     pub fn cell_count(&self) -> usize {
         match &self.topology {
-            Topology::Points => 0,
+            Topology::Points | Topology::Lattice { .. } => 0,
             Topology::Polylines { offsets } => offsets.len().saturating_sub(1),
             Topology::Segments(pairs) => pairs.len(),
             Topology::Triangles(triangles) => triangles.len(),

@@ -56,7 +56,7 @@ pub fn list(folder: &Path) -> io::Result<Vec<FrameFiles>> {
         let Ok(index) = number.parse::<u64>() else { continue };
         let piece = piece.to_owned();
         match extension.as_str() {
-            "vtp" => _ = frames.entry(index).or_default().insert(piece, path),
+            "vtp" | "vti" => _ = frames.entry(index).or_default().insert(piece, path),
             "ply" => _ = frames.entry(index).or_default().entry(piece).or_insert(path),
             _ => {}
         }
@@ -72,7 +72,7 @@ pub fn load(files: &FrameFiles) -> io::Result<Frame> {
     let mut frame = Frame::default();
     for (_, path) in &files.pieces {
         let bytes = fs::read(path)?;
-        let is_vtk = path.extension().is_some_and(|e| e == "vtp");
+        let is_vtk = path.extension().is_some_and(|e| e == "vtp" || e == "vti");
         let read = if is_vtk { vtk::decode(&bytes) } else { ply::decode(&bytes) };
         let mut stamped = read
             .map_err(|message| io::Error::new(io::ErrorKind::InvalidData, format!("{}: {message}", path.display())))?;

@@ -16,4 +16,5 @@ pub mod ply;
 pub mod provenance;
 pub mod recorder;
 pub mod series;
+mod vti;
 pub mod vtk;

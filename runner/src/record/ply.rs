@@ -73,7 +73,8 @@ pub fn encode(time: f64, step: u64, piece: &Piece) -> Result<Vec<u8>, String> {
     check(piece)?;
     let n = piece.positions.len();
     let word = match piece.topology {
-        Topology::Points => "points",
+        // PLY knows no images: a lattice becomes its points
+        Topology::Points | Topology::Lattice { .. } => "points",
         Topology::Polylines { .. } => "polylines",
         Topology::Segments(_) => "segments",
         Topology::Triangles(_) => "triangles",
@@ -116,7 +117,7 @@ pub fn encode(time: f64, step: u64, piece: &Piece) -> Result<Vec<u8>, String> {
     };
     let mut cell_columns = Vec::new();
     match &piece.topology {
-        Topology::Points => {}
+        Topology::Points | Topology::Lattice { .. } => {}
         Topology::Polylines { .. } | Topology::Segments(_) => {
             let _ = write!(header, "element edge {}\nproperty int vertex1\nproperty int vertex2\n", edges.len());
             cell_columns = columns(&piece.cell_fields, &mut header);

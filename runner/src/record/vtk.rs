@@ -1,8 +1,8 @@
 //! Frames for ParaView: one VTK XML PolyData file (`.vtp`) per piece and output, one `frames.pvd` with the times.
 //!
 //! Arrays are appended raw, little-endian, with 64-bit lengths: exact, compact and the same bytes every time. Field data
-//! holds `TimeValue` [s], `step` and `topology` (0 points, 1 polylines, 2 segments, 3 triangles), which tells pairs from
-//! polylines when a file is read back.
+//! holds `TimeValue` [s], `step` and `topology` (0 points, 1 polylines, 2 segments, 3 triangles, 4 a lattice, which goes to a
+//! `.vti` file), which tells pairs from polylines when a file is read back.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -11,8 +11,9 @@ use std::path::Path;
 
 use super::frame::{Field, FieldValues, Frame, Piece, Topology};
 use super::frame_files::{StampedPiece, file_name, write_whole};
+use super::vti::{self, Lattice};
 
-const APPENDED: &str = "<AppendedData encoding=\"raw\">\n_";
+pub(super) const APPENDED: &str = "<AppendedData encoding=\"raw\">\n_";
 const COLLECTION: &str = "frames.pvd";
 const COLLECTION_HEAD: &str = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n<Collection>\n";
 const COLLECTION_TAIL: &str = "</Collection>\n</VTKFile>\n";
@@ -27,7 +28,8 @@ pub fn write_frame(folder: &Path, index: u64, frame: &Frame) -> io::Result<()> {
     for (part, piece) in frame.pieces.iter().enumerate() {
         let bytes =
             encode(frame.time, frame.step, piece).map_err(|m| io::Error::new(io::ErrorKind::InvalidInput, m))?;
-        let file = file_name(&piece.name, index, "vtp");
+        let image = matches!(piece.topology, Topology::Lattice { .. });
+        let file = file_name(&piece.name, index, if image { "vti" } else { "vtp" });
         write_whole(&folder.join(&file), &bytes)?;
         let name = escape(&piece.name);
         let _ =
@@ -47,7 +49,7 @@ pub fn write_frame(folder: &Path, index: u64, frame: &Frame) -> io::Result<()> {
 
 /// Number of the output that a line of the collection names.
 fn entry_index(line: &str) -> Option<u64> {
-    let file = line.strip_prefix("<DataSet ")?.split_once("file=\"")?.1.split_once(".vtp\"")?.0;
+    let file = line.strip_prefix("<DataSet ")?.split_once("file=\"")?.1.split_once(".vt")?.0;
     file.rsplit_once('_')?.1.parse().ok()
 }
 
@@ -56,6 +58,9 @@ fn entry_index(line: &str) -> Option<u64> {
 /// # Errors
 /// A sentence, when offsets, indices or field lengths do not fit the piece.
 pub fn encode(time: f64, step: u64, piece: &Piece) -> Result<Vec<u8>, String> {
+    if let Topology::Lattice { origin, spacing, counts } = piece.topology {
+        return vti::encode(time, step, piece, &Lattice { origin, spacing, counts });
+    }
     check(piece)?;
     let n = piece.positions.len();
     let mut out = Arrays::default();
@@ -63,7 +68,7 @@ pub fn encode(time: f64, step: u64, piece: &Piece) -> Result<Vec<u8>, String> {
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n<FieldData>\n",
     );
     let kind = match piece.topology {
-        Topology::Points => 0,
+        Topology::Points | Topology::Lattice { .. } => 0,
         Topology::Polylines { .. } => 1,
         Topology::Segments(_) => 2,
         Topology::Triangles(_) => 3,
@@ -105,7 +110,7 @@ pub fn encode(time: f64, step: u64, piece: &Piece) -> Result<Vec<u8>, String> {
             let _ = writeln!(xml, "</{section}>");
         };
     match &piece.topology {
-        Topology::Points => cell_arrays("Verts", &mut (0..n as i64), &mut (1..=n as i64)),
+        Topology::Points | Topology::Lattice { .. } => cell_arrays("Verts", &mut (0..n as i64), &mut (1..=n as i64)),
         Topology::Polylines { offsets } => {
             cell_arrays("Lines", &mut (0..n as i64), &mut offsets.iter().skip(1).map(|&o| i64::from(o)));
         }
@@ -145,7 +150,10 @@ pub(super) fn check(piece: &Piece) -> Result<(), String> {
         Topology::Triangles(all) if !inside(all.as_flattened()) => {
             return refuse("a triangle names a point that is not there".into());
         }
-        Topology::Segments(_) | Topology::Triangles(_) => {}
+        Topology::Lattice { counts, .. } if counts.iter().map(|c| *c as usize).product::<usize>() != n => {
+            return refuse(format!("a lattice of {counts:?} with {n} points"));
+        }
+        Topology::Segments(_) | Topology::Triangles(_) | Topology::Lattice { .. } => {}
     }
     for (fields, count, of) in [(&piece.point_fields, n, "points"), (&piece.cell_fields, piece.cell_count(), "cells")] {
         for field in fields {
@@ -165,8 +173,8 @@ pub(super) fn check(piece: &Piece) -> Result<(), String> {
 
 /// The appended section while it grows.
 #[derive(Default)]
-struct Arrays {
-    data: Vec<u8>,
+pub(super) struct Arrays {
+    pub(super) data: Vec<u8>,
 }
 
 impl Arrays {
@@ -179,13 +187,20 @@ impl Arrays {
         let _ = writeln!(xml, " format=\"appended\" offset=\"{}\"/>", self.data.len());
     }
 
-    fn reals(&mut self, xml: &mut String, name: &str, components: usize, tuples: Option<usize>, values: &[f64]) {
+    pub(super) fn reals(
+        &mut self,
+        xml: &mut String,
+        name: &str,
+        components: usize,
+        tuples: Option<usize>,
+        values: &[f64],
+    ) {
         self.declare(xml, "Float64", name, components, tuples);
         self.data.extend((8 * values.len() as u64).to_le_bytes());
         self.data.extend(values.iter().flat_map(|v| v.to_le_bytes()));
     }
 
-    fn integers(
+    pub(super) fn integers(
         &mut self,
         xml: &mut String,
         name: &str,
@@ -232,6 +247,7 @@ pub fn decode(bytes: &[u8]) -> Result<StampedPiece, String> {
     let (mut time, mut step, mut kind) = (0.0, 0, 0);
     let (mut connectivity, mut ends) = (Vec::new(), Vec::new());
     let mut section = "";
+    let mut lattice = None;
     for tag in xml.split('<').skip(1) {
         let name = tag.split([' ', '>', '/']).next().unwrap_or_default();
         if name != "DataArray" {
@@ -244,6 +260,7 @@ pub fn decode(bytes: &[u8]) -> Result<StampedPiece, String> {
         match (section, array.name.as_str(), array.values) {
             ("FieldData", "TimeValue", FieldValues::F64(v)) => time = v.first().copied().unwrap_or(0.0),
             ("FieldData", "step", FieldValues::I64(v)) => step = v.first().map_or(0, |&s| s as u64),
+            ("FieldData", "lattice", FieldValues::F64(v)) => lattice = Lattice::from_numbers(&v),
             ("FieldData", "topology", FieldValues::I64(v)) => kind = v.first().copied().unwrap_or(0),
             ("Points", _, FieldValues::F64(v)) => {
                 piece.positions = v.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect()
@@ -265,6 +282,11 @@ pub fn decode(bytes: &[u8]) -> Result<StampedPiece, String> {
         },
         2 => Topology::Segments(corners.chunks_exact(2).map(|c| [c[0], c[1]]).collect()),
         3 => Topology::Triangles(corners.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect()),
+        4 => {
+            let lattice = lattice.ok_or("an image without its lattice")?;
+            piece.positions = lattice.positions();
+            Topology::Lattice { origin: lattice.origin, spacing: lattice.spacing, counts: lattice.counts }
+        }
         other => return Err(format!("unknown topology {other}")),
     };
     check(&piece)?;

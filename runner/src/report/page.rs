@@ -129,6 +129,14 @@ fn pictures(page: &mut String, run: &RunData, shown: &Shown) {
             escape(caption)
         );
     }
+    for (caption, png) in &shown.cuts {
+        let _ = write!(
+            page,
+            "<figure>{}<figcaption>{}</figcaption></figure>",
+            image(png, "png", caption, "wide"),
+            escape(caption)
+        );
+    }
     page.push_str("</div>\n<div class=\"stills\">");
     for (time, png) in &shown.stills {
         let caption = format!("{} s", short(*time));

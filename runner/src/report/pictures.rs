@@ -1,7 +1,7 @@
 //! Stills and the animation of a run.
 
 use crate::picture::{Camera, ColorBy, Framing, PictureOptions, RgbImage, animation, render};
-use crate::record::frame::{FieldValues, Frame};
+use crate::record::frame::{Field, FieldValues, Frame, Piece, Topology};
 use crate::record::frame_files::{self, FrameFiles};
 
 use super::data::RunData;
@@ -33,6 +33,8 @@ pub(super) struct Shown {
     pub stills: Vec<(f64, Vec<u8>)>,
     /// The last frame large, coloured by speed where the frames tell it: caption and PNG.
     pub large: Option<(String, Vec<u8>)>,
+    /// Cuts through the liquid of the last frame: caption and PNG.
+    pub cuts: Vec<(String, Vec<u8>)>,
     /// The animation as GIF.
     pub animation: Option<Vec<u8>>,
     /// Length of the scale bar that fits the stills [m] and its share of the width.
@@ -107,8 +109,76 @@ pub(super) fn of_run(run: &RunData, effort: Effort) -> Shown {
         }
         let camera = Camera::new(&framing, &options);
         shown.large = render(&frame, &camera, &options).png().ok().map(|png| (caption, png));
+        shown.cuts = cuts(&frame, up);
     }
     shown
+}
+
+/// The liquid of a frame cut through its middle: by speed, and where it yields.
+fn cuts(frame: &Frame, up: [f64; 3]) -> Vec<(String, Vec<u8>)> {
+    let Some(slab) = frame.pieces.iter().find(|piece| piece.name == "particles").and_then(slab) else {
+        return Vec::new();
+    };
+    let fastest = norms(&slab, "velocity").fold(0.0, f64::max);
+    let yields = slab.point_field("yielded").is_some();
+    let at = frame.time;
+    let cut = Frame { time: at, step: frame.step, pieces: vec![slab] };
+    let mut framing = Framing::default();
+    framing.include(&cut);
+    let mut pictures = Vec::new();
+    let mut add = |name: &str, high: f64, caption: String| {
+        let color = ColorBy::Field { name: name.into(), low: 0.0, high };
+        let options =
+            PictureOptions { width: 720, height: 450, up, from: Some([0.0, 0.0, 1.0]), color, ..Default::default() };
+        let camera = Camera::new(&framing, &options);
+        if let Ok(png) = render(&cut, &camera, &options).png() {
+            pictures.push((caption, png));
+        }
+    };
+    add("velocity", fastest, format!("Cut at {at} s, coloured by speed: violet 0, yellow {fastest:.3e} m/s"));
+    if yields {
+        add("yielded", 1.0, format!("Cut at {at} s: yellow flows, violet does not yield"));
+    }
+    pictures
+}
+
+/// The particles near the middle plane across z, all of them for a liquid in a plane.
+fn slab(piece: &Piece) -> Option<Piece> {
+    let n = piece.positions.len();
+    if n == 0 {
+        return None;
+    }
+    let mut depths: Vec<f64> = piece.positions.iter().map(|x| x[2]).collect();
+    depths.sort_by(f64::total_cmp);
+    let middle = depths[n / 2];
+    let thickness = 3.0 * norms(piece, "radius").fold(0.0, f64::max);
+    let kept: Vec<usize> = (0..n).filter(|&i| (piece.positions[i][2] - middle).abs() <= thickness).collect();
+    let pick = |field: &Field| {
+        let c = field.components;
+        let values = match &field.values {
+            FieldValues::F64(v) => FieldValues::F64(kept.iter().flat_map(|i| v[i * c..(i + 1) * c].to_vec()).collect()),
+            FieldValues::I64(v) => FieldValues::I64(kept.iter().flat_map(|i| v[i * c..(i + 1) * c].to_vec()).collect()),
+        };
+        Field { name: field.name.clone(), components: c, values }
+    };
+    Some(Piece {
+        name: piece.name.clone(),
+        topology: Topology::Points,
+        positions: kept.iter().map(|&i| piece.positions[i]).collect(),
+        point_fields: piece.point_fields.iter().map(pick).collect(),
+        cell_fields: Vec::new(),
+    })
+}
+
+/// Sizes of the finite values of a point field.
+fn norms<'a>(piece: &'a Piece, name: &str) -> impl Iterator<Item = f64> + 'a {
+    let field = piece.point_field(name);
+    let values: &[f64] = match field.map(|field| &field.values) {
+        Some(FieldValues::F64(values)) => values,
+        _ => &[],
+    };
+    let components = field.map_or(1, |field| field.components.max(1));
+    values.chunks_exact(components).map(|v| v.iter().map(|x| x * x).sum::<f64>().sqrt()).filter(|x| x.is_finite())
 }
 
 /// At most `wanted` of `count` places, evenly, first and last included.

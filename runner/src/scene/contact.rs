@@ -56,6 +56,8 @@ section! {
         strand_strand: bool = [true] () "";
         /// Contact of strands with solids.
         strand_solid: bool = [true] () "";
+        /// Wet contacts also resist sliding as the liquid between them flows (a Herschel–Bulkley law beside Coulomb's).
+        wet_friction: bool = [false] () "The elastic stress of the film may then count twice.";
         /// Detection.
         detection: Detection = [blank] () "";
         /// When the tolerance is not reached.

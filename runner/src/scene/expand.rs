@@ -132,7 +132,7 @@ pub fn expand(scene: &Scene) -> Result<Vec<StrandGeometry>, Problem> {
 pub(super) fn usual_radius(scene: &Scene, group: &StrandGroup) -> Option<f64> {
     match scene.materials.get(&group.material)? {
         Material::Fibre(fibre) => presets::fibre(fibre.preset.as_ref()?).map(|preset| preset.radius),
-        Material::Liquid(_) => None,
+        Material::Liquid(_) | Material::Yarn(_) => None,
     }
 }
 

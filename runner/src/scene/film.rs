@@ -1,15 +1,17 @@
 //! The liquid film on strands.
 
 use super::declare::{choice, section};
-use super::quantity::{above, at_least};
+use super::quantity::at_least;
 use super::strands::Along;
 
 choice! {
     /// What happens to the film at the two ends of a strand.
     pub enum FilmEnds {
-        /// Nothing passes; liquid gathers in a reservoir at the end, from which drops fall.
+        /// Closed where the end is clamped; at free ends liquid gathers in a reservoir, from which drops fall.
+        Drip;
+        /// Nothing passes at either end.
         Closed;
-        /// Liquid leaves freely and is counted.
+        /// Liquid leaves freely at both ends and is counted.
         Open;
     }
 }
@@ -24,7 +26,7 @@ section! {
         /// Navier slip length on the strand.
         slip_length: f64 = [2e-6] (Length, at_least(0.0).up_to(0.1)) "More slip lets thin films run faster.";
         /// At the ends.
-        ends: FilmEnds = [FilmEnds::Closed] () "";
+        ends: FilmEnds = [FilmEnds::Drip] () "";
     }
 }
 
@@ -51,10 +53,12 @@ choice! {
 choice! {
     /// The form of the inertia that a flowing film adds to its strand.
     pub enum FlowInertia {
-        /// As an additional force.
+        /// As an additional force, from the volumes that crossed the edges: conserves momentum.
         Force;
-        /// As momentum carried over.
+        /// As momentum carried over with those volumes: the same to round-off.
         Transfer;
+        /// As printed in the paper, back-traced: does not conserve momentum.
+        BackTraced;
     }
 }
 
@@ -67,11 +71,11 @@ section! {
         advection: FilmAdvection = [FilmAdvection::Conservative] () "";
         /// Inertia on the strand.
         inertia: FlowInertia = [FlowInertia::Force] () "";
-        /// Largest slope of the film surface.
-        steepness: f64 = [1.0] (Number, above(0.0).up_to(100.0)) "Smaller smooths bulges more.";
+        /// A bulge is steep where its cross-section, strand included, is this many times the mean of its neighbours'; inflow from both sides is then evened out.
+        steepness: f64 = [10.0] (Number, at_least(2.0).up_to(1e9)) "Smaller smooths bulges more; 1e9: never.";
         /// Film heights below this many strand radii count as dry.
-        dry_height: f64 = [1e-6] (Number, at_least(0.0).below(1.0)) "";
-        /// A strand's film drips where its height exceeds this many strand radii; default: by the balance of weight and surface tension.
-        drip_height: Option<f64> = [None] (Number, above(0.0)) "";
+        dry_height: f64 = [1e-6] (Number, at_least(0.0).below(1e-3)) "";
+        /// Diameter of the drops that fall from reservoirs where there is no bulk liquid; default: by the balance of weight and surface tension (Tate's law).
+        drop_diameter: Option<f64> = [None] (Length, at_least(0.0).up_to(0.1)) "0: everything falls at once.";
     }
 }

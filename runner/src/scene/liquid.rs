@@ -98,9 +98,21 @@ choice! {
     }
 }
 
+choice! {
+    /// Where the products of the shear solve take their material from.
+    pub enum Operator {
+        /// From a few points in each cell, into which the particles are summed once per solve.
+        Cells;
+        /// From every particle every time: the reference, some tens of times slower.
+        Particles;
+    }
+}
+
 section! {
     /// The shear solve.
     pub struct ShearSolver {
+        /// Where products take their material from.
+        operator: Operator = [Operator::Cells] () "";
         /// Matrix.
         tangent: ShearTangent = [ShearTangent::Symmetric] () "";
         /// Residual relative to the right-hand side.

@@ -374,7 +374,7 @@ fn relocate(node: &mut Node, files: &[SourceFile]) {
         Value::List(items) => items.iter_mut().for_each(|item| relocate(item, files)),
         Value::Map(entries) => entries.iter_mut().for_each(|(_, value)| relocate(value, files)),
         Value::Group(group) => {
-            let from_file = matches!(&group.name, Some((name, _)) if name == "Obj" || name == "Mesh");
+            let from_file = matches!(&group.name, Some((name, _)) if name == "Obj" || name == "Mesh" || name == "File");
             if from_file && let Some(first) = group.items.first_mut() {
                 relocate_name(first, files);
             }

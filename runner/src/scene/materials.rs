@@ -3,6 +3,7 @@
 use super::declare::{choice, section};
 use super::presets::{self, FibrePreset, LiquidProperties};
 use super::quantity::{above, at_least};
+use super::yarn::YarnMaterial;
 use constitutive::FlowCurve;
 use std::f64::consts::FRAC_PI_3;
 
@@ -81,6 +82,8 @@ choice! {
         Fibre(Fibre) ();
         /// For bulk liquid and films.
         Liquid(LiquidMaterial) ();
+        /// For yarns.
+        Yarn(YarnMaterial) ();
     }
 }
 

@@ -4,7 +4,7 @@
 //! tree, edit      ── text ↔ tree with places; paths, --set, writing
 //! quantity        ── units and ranges
 //! field, declare  ── from tree to typed values in SI; the macros that declare sections
-//! strands, materials, solids, motion, time, output, film, contact, liquid, microgel   ── the sections
+//! strands, materials, solids, motion, time, output, film, contact, liquid, microgel, yarn   ── the sections
 //! presets         ── materials by name
 //! checks          ── what must fit together; sizes
 //! expand          ── single strands from their groups (with generators, obj and random)
@@ -30,8 +30,9 @@ pub mod load;
 pub mod materials;
 pub mod microgel;
 pub mod motion;
-mod obj;
+pub(crate) mod obj;
 pub mod output;
+pub mod parity;
 pub mod presets;
 pub mod quantity;
 pub mod random;
@@ -40,6 +41,7 @@ pub mod solids;
 pub mod strands;
 pub mod time;
 pub mod tree;
+pub mod yarn;
 
 pub use error::{Problem, ProblemKind, SceneError};
 pub use expand::{StrandGeometry, expand};
@@ -56,6 +58,7 @@ use microgel::Microgel;
 use motion::{Motion, Script};
 use nalgebra::Vector3;
 use output::Output;
+use parity::Parity;
 use presets::LiquidProperties;
 use quantity::{Spec, above, at_least};
 use solids::Solid;
@@ -63,6 +66,7 @@ use std::collections::BTreeMap;
 use strands::StrandGroup;
 use time::{Component, Solver, TimeSpan};
 use tree::{Node, Value};
+use yarn::Yarns;
 
 choice! {
     /// The unit system of the numbers in the file.
@@ -107,10 +111,14 @@ section! {
         liquid: Option<Liquid> = [None] () "";
         /// Soft grains in the rheometer; a scene of its own kind, without strands, solids or liquid.
         microgel: Option<Microgel> = [None] () "";
+        /// Yarns on a grid; a scene of its own kind, with solids, without strands or liquid.
+        yarn: Option<Yarns> = [None] () "";
         /// Solvers.
         solver: Solver = [blank] () "";
         /// Components to switch off.
         disable: Vec<Component> = [Vec::new()] () "To see what each is worth, or to save its time.";
+        /// What is done as the reference code does it.
+        parity: Parity = [blank] () "For comparison; see the page on errata.";
         /// Solves every so many steps' contact problem again with an independent solver and records the difference.
         cross_check: Option<u64> = [None] (Number, above(0.0)) "Costs several contact solves each time.";
         /// What is recorded.
@@ -124,7 +132,7 @@ impl Scene {
     pub fn fibre(&self, name: &str) -> Option<FibreProperties> {
         match self.materials.get(name)? {
             Material::Fibre(fibre) => fibre.properties().ok(),
-            Material::Liquid(_) => None,
+            Material::Liquid(_) | Material::Yarn(_) => None,
         }
     }
 
@@ -133,7 +141,7 @@ impl Scene {
     pub fn liquid_material(&self, name: &str) -> Option<LiquidProperties> {
         match self.materials.get(name)? {
             Material::Liquid(liquid) => liquid.properties().ok(),
-            Material::Fibre(_) => None,
+            Material::Fibre(_) | Material::Yarn(_) => None,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::declare::{choice, section};
 use super::field::{Field, Reading, decode_numbers, encode_numbers};
-use super::quantity::{Spec, Units, above};
+use super::quantity::{Spec, Units, above, at_least};
 use super::reference::{Book, Kind};
 use super::tree::{Node, Value};
 use nalgebra::Vector3;
@@ -122,6 +122,16 @@ impl Field for ScaleFactor {
     }
 }
 
+section! {
+    /// Speed that rises smoothly, stays, and falls smoothly.
+    pub struct SmoothRamps {
+        /// Share of the time in which speed rises; with `fall` at most 1.
+        rise: f64 = [1.0 / 3.0] (Number, at_least(0.0).up_to(1.0)) "";
+        /// Share of the time in which speed falls.
+        fall: f64 = [1.0 / 3.0] (Number, at_least(0.0).up_to(1.0)) "";
+    }
+}
+
 choice! {
     /// How a motion is distributed over its time; `s` runs from 0 to 1.
     pub enum Ease {
@@ -135,6 +145,8 @@ choice! {
         Accelerate;
         /// `1 − (1 − s)²`: to rest with constant deceleration.
         Decelerate;
+        /// Constant velocity between smooth ramps (each `3w² − 2w³` in velocity), at rest at both ends.
+        Ramps(SmoothRamps) ();
     }
 }
 

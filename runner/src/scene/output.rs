@@ -1,7 +1,9 @@
 //! What a run records, and when.
 
 use super::declare::{choice, section};
+use super::motion::Axis;
 use super::quantity::{above, at_least};
+use super::yarn::YarnVertex;
 use nalgebra::Vector3;
 
 choice! {
@@ -52,6 +54,18 @@ section! {
     }
 }
 
+section! {
+    /// A vertex of a yarn whose place and velocity go into the series.
+    pub struct YarnProbe {
+        /// Name of the column.
+        name: Option<String> = [None] () "";
+        /// Yarn, counted over all groups in order.
+        yarn: usize = [required] () "";
+        /// Vertex along the yarn.
+        vertex: YarnVertex = [YarnVertex::Last] () "";
+    }
+}
+
 choice! {
     /// Something that is followed step by step.
     pub enum Probe {
@@ -59,6 +73,20 @@ choice! {
         Vertex(VertexProbe) ();
         /// A point in space.
         Point(PointProbe) ();
+        /// A vertex of a yarn.
+        Yarn(YarnProbe) ();
+    }
+}
+
+section! {
+    /// A plane in which frames show the liquid on its grid: speed, velocity, pressure, liquid fraction, volume ratio.
+    pub struct Slice {
+        /// Name, for files.
+        name: Option<String> = [None] () "";
+        /// Direction of the normal: `X`, `Y` or `Z`; in two dimensions the plane itself is shown.
+        normal: Axis = [Axis::z()] () "";
+        /// Place of the plane along its normal.
+        at: f64 = [0.0] (Length) "";
     }
 }
 
@@ -77,5 +105,7 @@ section! {
         keep: usize = [2] (Number, at_least(1.0).up_to(1e6)) "With 2 a damaged one does not lose the run.";
         /// Vertices and points followed step by step.
         probes: Vec<Probe> = [Vec::new()] () "";
+        /// Cuts through the liquid that frames show.
+        slices: Vec<Slice> = [Vec::new()] () "";
     }
 }

@@ -21,10 +21,12 @@ section! {
     pub struct Cuboid {
         /// Centre.
         center: Vector3<f64> = [required] (Length) "";
-        /// Half of its edges.
+        /// Half of its edges, rounding included.
         half_size: Vector3<f64> = [required] (Length, above(0.0)) "";
         /// Turn about the centre, as axis times angle.
         rotate: Vector3<f64> = [Vector3::zeros()] (Angle) "";
+        /// Radius of its edges; at most the smallest half of them.
+        rounding: f64 = [0.0] (Length, at_least(0.0)) "";
     }
 }
 
@@ -37,8 +39,10 @@ section! {
         axis: Axis = [Axis::y()] () "";
         /// Radius.
         radius: f64 = [required] (Length, above(0.0)) "";
-        /// Half of its length.
+        /// Half of its length, rounding included.
         half_length: f64 = [required] (Length, above(0.0)) "";
+        /// Radius of its rims; at most its radius and half length.
+        rounding: f64 = [0.0] (Length, at_least(0.0)) "";
     }
 }
 

@@ -4,8 +4,18 @@
 //! scene that needs one without a file is refused by `check`.
 
 pub mod advect;
+pub mod deformation;
 pub mod drive;
+pub mod exchange;
+pub mod film_plasticity;
+pub mod grid_to_particles;
+pub mod liquid_plasticity;
 pub mod mixture;
+pub mod particles_to_grid;
+pub mod recovery;
+pub mod resample;
+pub mod tearing;
+pub mod weights;
 
 use crate::plan::Components;
 use crate::system::Rejection;
@@ -64,36 +74,39 @@ pub static STAGES: [Stage; 13] = [
         number: 1,
         name: "exchange",
         what: "liquid captured, absorbed and dripped between strands and bulk",
-        need: |c| need(c.film && c.liquid, "strands with film meet liquid", "no film or no liquid"),
-        run: None,
+        need: |c| match (c.film && c.liquid, c.film && c.dripping) {
+            (true, _) => need(true, "strands with film meet liquid", ""),
+            (false, drips) => need(drips, "films drip", "no film that drips or meets liquid"),
+        },
+        run: Some(exchange::run),
     },
     Stage {
         number: 2,
         name: "resample",
         what: "particles split, merged, relaxed",
-        need: |c| need(c.liquid, "liquid", "no liquid"),
-        run: None,
+        need: |c| need(c.resampling, "liquid", "no liquid, or switched off"),
+        run: Some(resample::run),
     },
     Stage {
         number: 3,
         name: "particles_to_grid",
         what: "particles to faces and cells",
         need: |c| need(c.liquid, "liquid", "no liquid"),
-        run: None,
+        run: Some(particles_to_grid::run),
     },
     Stage {
         number: 4,
         name: "weights",
         what: "face weights, solid fractions, drag coefficients",
         need: |c| need(c.liquid, "liquid", "no liquid"),
-        run: None,
+        run: Some(weights::run),
     },
     Stage {
         number: 5,
         name: "tearing",
         what: "liquid stretched beyond its tearing strain is marked",
         need: |c| need(c.tearing, "liquid that can tear", "no liquid that can tear"),
-        run: None,
+        run: Some(tearing::run),
     },
     Stage {
         number: 6,
@@ -107,14 +120,14 @@ pub static STAGES: [Stage; 13] = [
         name: "grid_to_particles",
         what: "velocities back to particles",
         need: |c| need(c.liquid, "liquid", "no liquid"),
-        run: None,
+        run: Some(grid_to_particles::run),
     },
     Stage {
         number: 8,
         name: "deformation",
         what: "volume ratio and elastic strain of particles",
         need: |c| need(c.liquid, "liquid", "no liquid"),
-        run: None,
+        run: Some(deformation::run),
     },
     Stage {
         number: 9,
@@ -127,22 +140,22 @@ pub static STAGES: [Stage; 13] = [
         number: 10,
         name: "liquid_plasticity",
         what: "plastic flow of the liquid",
-        need: |c| need(c.liquid_shear, "liquid that bears shear", "no liquid that bears shear"),
-        run: None,
+        need: |c| need(c.liquid_flow, "liquid that bears shear and yields", "no liquid that bears shear and yields"),
+        run: Some(liquid_plasticity::run),
     },
     Stage {
         number: 11,
         name: "film_plasticity",
         what: "plastic flow of films",
         need: |c| need(c.film_shear, "films that bear shear", "no film that bears shear"),
-        run: None,
+        run: Some(film_plasticity::run),
     },
     Stage {
         number: 12,
         name: "recovery",
         what: "torn liquid heals",
         need: |c| need(c.recovery, "liquid that heals", "no liquid that heals"),
-        run: None,
+        run: Some(recovery::run),
     },
 ];
 

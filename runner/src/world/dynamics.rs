@@ -5,7 +5,8 @@ use rods::{RodSet, StepReason};
 use serde_json::{Map, Value, json};
 
 use super::contact::{ContactWorld, record};
-use super::{Ledger, Reaction, StrandWorld, World, WorldState, measure};
+use super::liquid::seen_in_its_dimension;
+use super::{Ledger, Reaction, StrandWorld, World, WorldState, film, measure, submersion};
 use crate::record::frame::Frame;
 use crate::stages::Step;
 use crate::system::{Column, Element, Rejection, RejectionReason, StateError, StepLimit, System};
@@ -53,6 +54,7 @@ impl StrandWorld {
         &mut self,
         rods: &RodSet,
         contact: Option<&ContactWorld>,
+        film_mass: Option<&[f64]>,
         gravity: &Vector3<f64>,
         step: Step,
         ledger: &mut Ledger,
@@ -78,7 +80,7 @@ impl StrandWorld {
             if rods.material.iter().any(|material| material.air_drag > 0.0) {
                 self.stepper.velocities_into(rods, &mut moving);
             }
-            let (impulse, scale) = measure::outside_impulse(rods, &moving, gravity, &sum, step.dt);
+            let (impulse, scale) = measure::outside_impulse(rods, &moving, gravity, &sum, film_mass, step.dt);
             ledger.impulse += impulse;
             ledger.impulse_scale += scale;
             if let Some(contact) = contact {
@@ -103,12 +105,26 @@ impl WorldState {
         to.history.clone_from(&from.history);
         self.ledger = other.ledger;
         self.contact.clone_from(&other.contact);
+        if let (Some(to), Some(from)) = (&mut self.film, &other.film) {
+            to.copy_from(from);
+        }
+        if let (Some(to), Some(from)) = (&mut self.submersion, &other.submersion) {
+            to.copy_from(from);
+        }
+        match (&mut self.liquid, &other.liquid) {
+            (Some(to), Some(from)) => to.copy_from(from),
+            (to, from) => to.clone_from(from),
+        }
     }
 }
 
 impl System for World {
     fn kind(&self) -> &'static str {
-        "strands"
+        match (&self.strands, &self.liquid) {
+            (Some(_), Some(_)) => "strands and liquid",
+            (None, Some(_)) => "liquid",
+            _ => "strands",
+        }
     }
 
     fn columns(&self) -> Vec<Column> {
@@ -116,6 +132,15 @@ impl System for World {
         measure::columns(self, &mut columns);
         if let Some(contact) = &self.contact {
             record::columns(contact, &self.solids, &mut columns);
+        }
+        seen_in_its_dimension!(self, (), |flow, _state| flow.columns(&mut columns));
+        if self.film.is_some() {
+            film::measure::columns(&mut columns);
+            if self.submersion.is_some() {
+                submersion::measure::columns(&mut columns);
+            }
+            let name = if self.liquid.is_some() { "total_liquid_mass_defect" } else { "liquid_mass_defect" };
+            columns.push(Column::new(name, "1", "liquid on strands and in bulk that the books do not account for, relative"));
         }
         columns
     }
@@ -125,10 +150,21 @@ impl System for World {
         if let (Some(contact), Some(memory)) = (&self.contact, &self.state.contact) {
             record::row(contact, memory, out);
         }
+        seen_in_its_dimension!(self, (), |flow, state| flow.row(state, out));
+        if let (Some(film), Some(films)) = (&self.film, &self.state.film) {
+            film::measure::row(film, films, out);
+        }
+        if let (Some(submersion), Some(memory)) = (&self.submersion, &self.state.submersion) {
+            submersion::measure::row(submersion, memory, out);
+        }
+        if let Some(defect) = self.liquid_mass_defect() {
+            out.push(defect);
+        }
     }
 
     fn step_limits(&self) -> Vec<StepLimit> {
         let mut limits = Vec::new();
+        seen_in_its_dimension!(self, (), |flow, state| flow.step_limits(state, &self.solids, self.time, &mut limits));
         let Some(strands) = &self.strands else { return limits };
         let rods = &self.state.rods;
         let turn = strands.stepper.step_limit(rods);
@@ -150,6 +186,9 @@ impl System for World {
         if let Some(seconds) = self.contact.as_ref().and_then(|contact| contact.step_limit(rods)) {
             limits.push(StepLimit { seconds, reason: "contact: motion of a vertex" });
         }
+        if let Some(seconds) = self.film_step_limit() {
+            limits.push(StepLimit { seconds, reason: "film: flow along an edge" });
+        }
         limits
     }
 
@@ -170,7 +209,9 @@ impl System for World {
 
     fn iterations(&self) -> usize {
         let contact = self.contact.as_ref().map_or(0, |contact| contact.report.iterations);
-        self.strands.as_ref().map_or(0, |strands| strands.report.total_iterations) + contact
+        self.strands.as_ref().map_or(0, |strands| strands.report.total_iterations)
+            + contact
+            + self.liquid.as_ref().map_or(0, super::liquid::LiquidWorld::iterations)
     }
 
     fn stage_seconds(&self) -> Vec<(&'static str, f64)> {
@@ -183,6 +224,13 @@ impl System for World {
                 stage.1 -= contact.seconds.iter().sum::<f64>();
             }
             seconds.extend(parts.into_iter().zip(contact.seconds));
+        }
+        if let Some(liquid) = &self.liquid {
+            let parts = liquid.seconds();
+            for stage in seconds.iter_mut().filter(|(name, _)| *name == "mixture") {
+                stage.1 -= parts.iter().sum::<f64>();
+            }
+            seconds.extend(["shear_solve", "pressure_solve"].into_iter().zip(parts));
         }
         seconds
     }
@@ -203,10 +251,19 @@ impl System for World {
                 "it holds {saved} strands with other vertices than the {here} of the scene"
             )));
         }
+        match (&self.state.liquid, &state.liquid) {
+            (Some(here), Some(saved)) => here.accepts(saved)?,
+            (None, None) => {}
+            (Some(_), None) => return Err(StateError("it holds no liquid, the scene does".to_owned())),
+            (None, Some(_)) => return Err(StateError("it holds liquid, the scene does not".to_owned())),
+        }
         // what the scene says about the strands holds, also for a branch that changes it; what moved is taken over
         self.state.copy_from(&state);
         self.kept = self.state.clone();
         self.time = time;
+        if let (Some(film), Some(films)) = (&mut self.film, &self.state.film) {
+            film.weigh(&films.state, &self.state.rods);
+        }
         Ok(())
     }
 
@@ -216,20 +273,28 @@ impl System for World {
         if let (Some(contact), Some(memory)) = (&self.contact, &self.state.contact) {
             record::summary(contact, memory, &mut summary);
         }
+        seen_in_its_dimension!(self, (), |flow, state| flow.summary(state, &mut summary));
         if let Some(strands) = &self.strands {
-            let momentum = rods.momentum(&rods::Loads::gravity(self.gravity));
-            let energy = rods.energy(&rods::Loads::gravity(self.gravity));
+            let (momentum, energy) = (rods.momentum(&self.loads()), rods.energy(&self.loads()));
+            let film_mass = self.film.as_ref().map_or(0.0, |film| film.mass.iter().sum());
             summary.insert("strands".into(), json!(rods.strand_count()));
             summary.insert("vertices".into(), json!(rods.vertex_count()));
-            summary.insert("strand_mass".into(), json!(momentum.mass));
+            summary.insert("strand_mass".into(), json!(momentum.mass - film_mass));
             // the mass of a dry strand is a property of its scene: there is nothing it could lose
-            summary.insert("mass_defect".into(), json!(0.0));
+            let share = self.liquid_mass_defect().unwrap_or(0.0);
+            summary.insert("mass_defect".into(), json!(share));
             if measure::keeps_momentum_ledger(strands) {
                 let defect = measure::momentum_defect(self, &momentum.linear);
                 summary.insert("momentum_defect".into(), json!(defect));
             }
             summary.insert("kinetic_energy".into(), json!(energy.kinetic));
             summary.insert("total_energy".into(), json!(energy.total()));
+        }
+        if let (Some(film), Some(films)) = (&self.film, &self.state.film) {
+            film::measure::summary(film, films, &mut summary);
+        }
+        if let Some(defect) = self.liquid_mass_defect() {
+            summary.insert("liquid_mass_defect".into(), json!(defect));
         }
         summary
     }
@@ -246,6 +311,29 @@ impl System for World {
 }
 
 impl World {
+    /// Liquid that no exchange accounts for, relative to all there was; none without liquid.
+    #[must_use]
+    pub fn liquid_mass_defect(&self) -> Option<f64> {
+        let (film, films) = (self.film.as_ref()?, self.state.film.as_ref()?);
+        let ledger = &films.ledger;
+        let strands = film.liquid_mass(&films.state) + ledger.dripped;
+        let (bulk, came) = seen_in_its_dimension!(self, (0.0, 0.0), |_flow, state| {
+            let books = &state.ledger;
+            let there = numerics::reduce::compensated_sum(state.particles.mass.iter().copied());
+            (there + books.terminated_mass + books.removed_mass, books.initial_mass + books.emitted_mass)
+        });
+        let (now, ever) = (strands + bulk, ledger.initial + came);
+        Some(if ever > 0.0 { (now - ever).abs() / ever } else { (now - ever).abs() })
+    }
+
+    /// The step in which the fastest film passes one edge [s].
+    fn film_step_limit(&self) -> Option<f64> {
+        let (film, films) = (self.film.as_ref()?, self.state.film.as_ref()?);
+        let rates = films.state.velocity.iter().zip(&film.edge_length).map(|(u, length)| u.abs() / length);
+        let fastest = rates.fold(0.0, f64::max);
+        (film.advects && fastest > 0.0).then(|| 1.0 / fastest)
+    }
+
     fn unsolved_contact_problem(&self) -> Option<(String, Vec<u8>)> {
         let problem = self.contact.as_ref()?.unsolved.as_ref()?;
         let text = ::contact::problem::ron::write(problem).ok()?;

@@ -1,16 +1,10 @@
 //! Figures of the strands for the record.
 
 use nalgebra::Vector3;
-use rods::{Loads, RodSet};
+use rods::RodSet;
 
 use super::{StrandWorld, World};
 use crate::system::Column;
-
-/// Momentum of all strands [N s].
-#[must_use]
-pub fn momentum(rods: &RodSet) -> Vector3<f64> {
-    rods.momentum(&Loads::default()).linear
-}
 
 /// Columns of the strands.
 pub fn columns(world: &World, columns: &mut Vec<Column>) {
@@ -19,9 +13,9 @@ pub fn columns(world: &World, columns: &mut Vec<Column>) {
         ("rod_iterations", "1", "Newton iterations, most of any strand"),
         ("rod_residual", "1", "largest residual over its tolerance"),
         ("strand_mass", "kg", "mass of the strands"),
-        ("momentum_x", "N s", "momentum of the strands"),
-        ("momentum_y", "N s", "momentum of the strands"),
-        ("momentum_z", "N s", "momentum of the strands"),
+        ("momentum_x", "N s", "momentum of the strands and what they carry"),
+        ("momentum_y", "N s", "momentum of the strands and what they carry"),
+        ("momentum_z", "N s", "momentum of the strands and what they carry"),
         ("angular_momentum_x", "N m s", "angular momentum about the origin"),
         ("angular_momentum_y", "N m s", "angular momentum about the origin"),
         ("angular_momentum_z", "N m s", "angular momentum about the origin"),
@@ -64,12 +58,12 @@ const MOST_CLAMP_COLUMNS: usize = 16;
 pub fn row(world: &World, out: &mut Vec<f64>) {
     let Some(strands) = &world.strands else { return };
     let rods = &world.state.rods;
-    let loads = Loads::gravity(world.gravity);
+    let loads = world.loads();
     let momentum = rods.momentum(&loads);
     let energy = rods.energy(&loads);
     out.push(strands.report.solve.iterations as f64);
     out.push(strands.report.solve.residual);
-    out.push(momentum.mass);
+    out.push(momentum.mass - world.film.as_ref().map_or(0.0, |film| film.mass.iter().sum()));
     out.extend(momentum.linear.iter());
     out.extend(momentum.angular.iter());
     out.extend([energy.kinetic, energy.stretch, energy.bend, energy.twist, energy.gravity, energy.total()]);
@@ -117,13 +111,14 @@ pub fn outside_impulse(
     moving: &[Vector3<f64>],
     gravity: &Vector3<f64>,
     reactions: &Vector3<f64>,
+    film_mass: Option<&[f64]>,
     dt: f64,
 ) -> (Vector3<f64>, f64) {
     let (mut weight, mut drag) = (Vector3::zeros(), Vector3::zeros());
     for strand in 0..rods.strand_count() {
         let resistance = rods.material[strand].air_drag;
         for (i, vertex) in rods.vertices(strand).enumerate() {
-            weight += gravity * rods.vertex_mass(strand, i);
+            weight += gravity * (rods.vertex_mass(strand, i) + film_mass.map_or(0.0, |mass| mass[vertex]));
             if resistance > 0.0 {
                 drag -= moving[vertex] * (resistance * rods.vertex_length(strand, i));
             }

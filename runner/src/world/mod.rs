@@ -7,17 +7,20 @@
 
 pub mod contact;
 pub mod dynamics;
+pub mod film;
+pub mod liquid;
 pub mod measure;
 pub mod picture;
 pub mod probes;
 pub mod script;
 pub mod solids;
 pub mod strands;
+pub mod submersion;
 
 use std::time::Instant;
 
 use nalgebra::Vector3;
-use rods::{Boundary, RodReport, RodSet, RodSettings, RodStepper};
+use rods::{Boundary, Loads, RodReport, RodSet, RodSettings, RodStepper};
 use serde::{Deserialize, Serialize};
 
 use crate::plan::Plan;
@@ -27,9 +30,12 @@ use crate::scene::time::{Integrator as SceneIntegrator, RodHessian};
 use crate::stages::Stage;
 use contact::ContactWorld;
 use contact::memory::ContactMemory;
+use film::{FilmWorld, Films};
+use liquid::{LiquidState, LiquidWorld};
 use probes::Probe;
 use solids::SceneSolid;
 use strands::HeldPart;
+use submersion::{Submersion, SubmersionState};
 
 /// Why the world of a scene could not be built.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -48,6 +54,14 @@ pub enum BuildError {
     #[error("{name}: {what}")]
     Solid {
         /// Name of the solid.
+        name: String,
+        /// What is wrong.
+        what: String,
+    },
+    /// A part of the liquid cannot be made.
+    #[error("liquid, {name}: {what}")]
+    Liquid {
+        /// Which part.
         name: String,
         /// What is wrong.
         what: String,
@@ -80,6 +94,12 @@ pub struct WorldState {
     pub ledger: Ledger,
     /// What contact remembers; absent where nothing can touch.
     pub contact: Option<ContactMemory>,
+    /// Films on the strands; absent where nothing can be wet.
+    pub film: Option<Films>,
+    /// Bulk liquid, if there is any.
+    pub liquid: Option<LiquidState>,
+    /// What strands remember of bulk liquid; absent where they cannot meet any.
+    pub submersion: Option<SubmersionState>,
 }
 
 /// What has gone in and out since the start, for the defects of the record.
@@ -136,6 +156,12 @@ pub struct World {
     pub strands: Option<StrandWorld>,
     /// Contact, where something can touch.
     pub contact: Option<ContactWorld>,
+    /// Films, where strands can be wet.
+    pub film: Option<FilmWorld>,
+    /// Bulk liquid, if there is any.
+    pub liquid: Option<LiquidWorld>,
+    /// Strands in bulk liquid, where they can meet any.
+    pub submersion: Option<Submersion>,
     /// Solids.
     pub solids: Vec<SceneSolid>,
     /// What is followed step by step.
@@ -153,9 +179,24 @@ impl World {
     pub fn build(scene: &Scene, plan: &Plan, geometry: &[StrandGeometry]) -> Result<World, BuildError> {
         let built = strands::build(scene, geometry)?;
         let solids = solids::build(scene)?;
-        let contact = ContactWorld::build(scene, &plan.components, &built.rods);
+        let (film, films) = film::build::build(scene, &plan.components, &built.rods, geometry)?.unzip();
+        let contact = ContactWorld::build(scene, &plan.components, &built.rods, film.as_ref());
         let memory = contact.as_ref().map(|_| ContactMemory::default());
-        let mut state = WorldState { rods: built.rods, ledger: Ledger::default(), contact: memory };
+        let (flowing, liquid) = liquid::build::build(scene, &solids)?.unzip();
+        let submersion = match (&film, &liquid) {
+            (Some(film), Some(LiquidWorld::Three(flow))) => {
+                Some(Submersion::build(scene, film, &flow.names, &built.rods)?)
+            }
+            _ => None,
+        };
+        let mut state = WorldState {
+            ledger: Ledger::default(),
+            contact: memory,
+            film: films,
+            liquid: flowing,
+            submersion: submersion.as_ref().map(|_| SubmersionState::new(built.rods.vertex_count())),
+            rods: built.rods,
+        };
         let strands = if geometry.is_empty() {
             None
         } else {
@@ -177,20 +218,30 @@ impl World {
         };
         let probes = probes::build(scene, &state.rods)?;
         let stages: Vec<&'static Stage> = plan.active().collect();
-        state.ledger.initial_momentum = measure::momentum(&state.rods);
+        let loads = film.as_ref().map_or(Loads::default(), |film| film.loads(Vector3::zeros()));
+        state.ledger.initial_momentum = state.rods.momentum(&loads).linear;
         Ok(World {
-            extent: picture::extent(&state.rods),
+            extent: picture::extent(&state.rods, scene),
             kept: state.clone(),
             state,
             time: 0.0,
             gravity: scene.gravity,
             strands,
             contact,
+            film,
+            liquid,
+            submersion,
             solids,
             probes,
             seconds: vec![0.0; stages.len()],
             stages,
         })
+    }
+
+    /// Gravity and the films, as the rods feel them.
+    #[must_use]
+    pub fn loads(&self) -> Loads<'_> {
+        self.film.as_ref().map_or(Loads::gravity(self.gravity), |film| film.loads(self.gravity))
     }
 
     fn run_stages(&mut self, step: crate::stages::Step) -> Result<(), crate::system::Rejection> {

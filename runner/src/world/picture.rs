@@ -1,6 +1,7 @@
 //! What the world looks like: strands as lines with their fields, solids as meshes.
 
 use super::World;
+use super::liquid::seen_in_its_dimension;
 use crate::record::frame::{Field, Frame, Piece, Topology};
 
 /// Facets around a round solid in pictures.
@@ -13,11 +14,22 @@ pub fn frame(world: &World, step: u64, time: f64) -> Frame {
     if world.strands.is_some() {
         pieces.push(strands(world));
     }
+    if let (Some(film), Some(films)) = (&world.film, &world.state.film) {
+        pieces[0].point_fields.extend(super::film::picture::fields(film, films));
+        pieces.extend(super::film::picture::tubes(world, film, films));
+    }
     if let Some(contact) = &world.contact {
         pieces.push(super::contact::record::picture(contact));
     }
-    if !world.solids.is_empty() {
-        pieces.push(solids(world, time));
+    let flat = seen_in_its_dimension!(world, None, |flow, state| {
+        pieces.push(flow.particles(state));
+        pieces.extend(flow.cuts(state));
+        flow.outlines(&world.solids, time, world.extent)
+    });
+    match flat {
+        Some(outlines) => pieces.push(outlines),
+        None if !world.solids.is_empty() => pieces.push(solids(world, time)),
+        None => {}
     }
     Frame { time, step, pieces }
 }
@@ -81,12 +93,27 @@ fn solids(world: &World, time: f64) -> Piece {
 
 /// Half width of endless solids in pictures: several times the size of everything at the start, so that floors keep their
 /// edges where they are.
-pub(super) fn extent(rods: &rods::RodSet) -> f64 {
+pub(super) fn extent(rods: &rods::RodSet, scene: &crate::scene::Scene) -> f64 {
     let mut low = nalgebra::Vector3::repeat(f64::INFINITY);
     let mut high = -low;
     for x in &rods.position {
         low = low.inf(x);
         high = high.sup(x);
+    }
+    let mesh_unit = super::solids::mesh_unit(scene);
+    if let Some(liquid) = &scene.liquid {
+        let shapes = liquid.tanks.iter().map(|t| &t.shape).chain(liquid.sources.iter().map(|s| &s.shape));
+        for shape in shapes {
+            let built = super::solids::describe(shape, mesh_unit).build(std::path::Path::new(""));
+            if let Some(bounds) = built.ok().and_then(|shape| shape.bounds()) {
+                low = low.inf(&bounds.min.into());
+                high = high.sup(&bounds.max.into());
+            }
+        }
+        for corner in liquid.domain.iter().flat_map(|domain| [domain.low, domain.high]) {
+            low = low.inf(&corner);
+            high = high.sup(&corner);
+        }
     }
     let size = (high - low).norm();
     if size.is_finite() && size > 0.0 { 4.0 * size } else { 1.0 }

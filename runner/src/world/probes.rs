@@ -1,4 +1,4 @@
-//! Vertices and points that a scene follows step by step.
+//! Vertices that a scene follows step by step.
 
 use rods::RodSet;
 
@@ -16,12 +16,16 @@ pub struct Probe {
     pub vertex: usize,
 }
 
-/// The probes of a scene.
+/// The probes of a scene that follow vertices; points in the liquid are followed by the liquid.
 ///
 /// # Errors
 /// When a probe points at a strand, a vertex or a liquid that is not there.
 pub fn build(scene: &Scene, rods: &RodSet) -> Result<Vec<Probe>, BuildError> {
-    scene.output.probes.iter().enumerate().map(|(index, probe)| one(probe, index, rods)).collect()
+    let probes = scene.output.probes.iter().enumerate();
+    probes
+        .filter(|(_, probe)| scene.liquid.is_none() || !matches!(probe, Described::Point(_)))
+        .map(|(index, probe)| one(probe, index, rods))
+        .collect()
 }
 
 fn one(probe: &Described, index: usize, rods: &RodSet) -> Result<Probe, BuildError> {
@@ -42,6 +46,7 @@ fn one(probe: &Described, index: usize, rods: &RodSet) -> Result<Probe, BuildErr
             Ok(Probe { name, vertex: range.start + vertex })
         }
         Described::Point(_) => Err(refuse("a point in space probes liquid, and the scene has none".to_owned())),
+        Described::Yarn(_) => Err(refuse("a vertex of a yarn is probed, and the scene has no yarns".to_owned())),
     }
 }
 

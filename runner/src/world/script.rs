@@ -79,6 +79,7 @@ fn ease(ease: &described::Ease) -> Ease {
         described::Ease::Smoother => Ease::Smootherstep,
         described::Ease::Accelerate => Ease::QuadraticIn,
         described::Ease::Decelerate => Ease::QuadraticOut,
+        described::Ease::Ramps(ramps) => Ease::Ramps { rise: ramps.rise, fall: ramps.fall },
     }
 }
 

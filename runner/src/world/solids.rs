@@ -64,14 +64,14 @@ pub fn describe(volume: &Volume, mesh_unit: f64) -> ShapeDescription {
     match volume {
         Volume::Sphere(s) => ShapeDescription::Sphere { center: s.center, radius: s.radius },
         Volume::Box(b) => {
-            ShapeDescription::Box { center: b.center, half_extents: b.half_size, rotation: b.rotate, rounding: 0.0 }
+            ShapeDescription::Box { center: b.center, half_extents: b.half_size, rotation: b.rotate, rounding: b.rounding }
         }
         Volume::Cylinder(c) => ShapeDescription::Cylinder {
             center: c.center,
             axis: Axis::Along(c.axis.0),
             radius: c.radius,
             half_length: c.half_length,
-            rounding: 0.0,
+            rounding: c.rounding,
         },
         Volume::Capsule(c) => {
             let half = c.axis.0.normalize() * c.half_length;

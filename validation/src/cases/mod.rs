@@ -3,9 +3,11 @@
 //! Each group is a module with `cases()`; a new group adds its line here.
 
 pub mod contact;
+pub mod coupled;
 pub mod film;
 pub mod granular;
 pub mod liquid;
+pub mod reference_code;
 pub mod rods;
 pub mod yarn;
 
@@ -16,9 +18,11 @@ use crate::case::Case;
 pub fn all() -> Vec<Case> {
     let groups: Vec<Vec<Case>> = vec![
         contact::cases(),
+        coupled::cases(),
         film::cases(),
         granular::cases(),
         liquid::cases(),
+        reference_code::cases(),
         rods::cases(),
         yarn::cases(),
         crate::hard::cases(),

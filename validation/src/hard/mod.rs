@@ -5,8 +5,12 @@
 //! ```
 
 mod contact;
+mod coupled;
+mod friction;
+mod liquid;
 mod scene_run;
 mod strands;
+mod yarn;
 
 use crate::case::{Case, Param};
 
@@ -20,6 +24,10 @@ pub(crate) const OVERRIDE: &[Param] =
 #[must_use]
 pub fn cases() -> Vec<Case> {
     let mut cases = strands::cases();
+    cases.extend(yarn::cases());
+    cases.extend(liquid::cases());
+    cases.extend(coupled::cases());
+    cases.extend(friction::cases());
     cases.extend(contact::cases());
     cases
 }

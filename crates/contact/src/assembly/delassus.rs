@@ -306,6 +306,13 @@ mod tests {
                 );
             }
         }
+        // and so does the operator that stores no blocks
+        let mut by_operator = vec![[0.0; 3]; 4];
+        let free = system.problem.free_velocity.clone();
+        crate::assembly::DelassusOperator::new(&contacts, &dynamics, 3).apply(&r, &free, &mut by_operator);
+        for (a, b) in u.iter().flatten().zip(by_operator.iter().flatten()) {
+            assert!((a - b).abs() < 1e-10 * (1.0 + a.abs()), "{a} {b}");
+        }
         // out of range is an error
         let bad = PosedContact { a: side(0, 3, 0.5), ..contacts[1] };
         assert_eq!(

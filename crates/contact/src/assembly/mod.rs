@@ -7,13 +7,16 @@
 //! ```text
 //! point    ── where a contact touches a strand, and its Jacobian
 //! delassus ── columns, blocks, free velocity, impulses back to the strands
+//! operator ── the same product without the blocks
 //! warm     ── impulses kept over steps by key, rotated with the contact basis
 //! ```
 
 mod delassus;
+mod operator;
 mod point;
 mod warm;
 
 pub use delassus::{AssemblyError, ContactSystem, InverseDynamics, assemble};
+pub use operator::DelassusOperator;
 pub use point::{ContactSide, PosedContact};
 pub use warm::{ContactKey, SOLID, WarmStarts};

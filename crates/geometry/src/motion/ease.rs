@@ -32,6 +32,14 @@ pub enum Ease {
         /// Share of the time spent accelerating, and again decelerating; in `(0, 0.5]`.
         ramp: f64,
     },
+    /// Speed that rises as `3w² - 2w³` over the first fraction, stays, and falls likewise over the last: no jump of
+    /// acceleration at the ends.
+    Ramps {
+        /// Share of the time in which speed rises; 0 or more.
+        rise: f64,
+        /// Share of the time in which it falls; 0 or more, both together at most 1.
+        fall: f64,
+    },
 }
 
 impl Ease {
@@ -83,13 +91,31 @@ impl Ease {
                     (speed * (u - 0.5 * ramp), speed)
                 }
             }
+            Ease::Ramps { rise, fall } => {
+                let speed = 1.0 / (1.0 - 0.5 * (rise + fall));
+                // A ramp covers half of what full speed would; within it, the integral of `3w² - 2w³`.
+                if u < rise {
+                    let r = u / rise;
+                    (speed * rise * r * r * r * (1.0 - 0.5 * r), speed * r * r * (3.0 - 2.0 * r))
+                } else if w < fall {
+                    let r = w / fall;
+                    (1.0 - speed * fall * r * r * r * (1.0 - 0.5 * r), speed * r * r * (3.0 - 2.0 * r))
+                } else {
+                    (speed * (u - 0.5 * rise), speed)
+                }
+            }
         }
     }
 
     /// Whether the parameters are in range.
     #[must_use]
     pub fn is_valid(self) -> bool {
-        !matches!(self, Ease::Trapezoid { ramp } if !(ramp > 0.0 && ramp <= 0.5))
+        match self {
+            Ease::Trapezoid { ramp } => ramp > 0.0 && ramp <= 0.5,
+            // shares that are thirds, tenths and so on may add up to a little more than one
+            Ease::Ramps { rise, fall } => rise >= 0.0 && fall >= 0.0 && rise + fall <= 1.0 + 1e-12,
+            _ => true,
+        }
     }
 }
 
@@ -100,7 +126,10 @@ mod tests {
     #[test]
     fn curves_start_at_zero_end_at_one_rise_and_match_their_rate() {
         let ramps = [0.5, 0.25, 0.01].map(|ramp| Ease::Trapezoid { ramp });
-        for ease in Ease::PLAIN.into_iter().chain(ramps) {
+        let smooth = [(1.0 / 3.0, 1.0 / 3.0), (0.5, 0.5), (0.1, 0.7), (0.3, 0.01), (0.2, 0.8)]
+            .map(|(rise, fall)| Ease::Ramps { rise, fall });
+        for ease in Ease::PLAIN.into_iter().chain(ramps).chain(smooth) {
+            assert!(ease.is_valid());
             assert_eq!(ease.evaluate(0.0).0, 0.0);
             assert_eq!(ease.evaluate(1.0), (1.0, 0.0));
             assert!((ease.evaluate(1.0 - 1e-12).0 - 1.0).abs() < 1e-11, "{ease:?}");

@@ -183,7 +183,7 @@ impl Motion {
                     return Err(MotionError::Interval { index, start, end });
                 }
                 if !ease.is_valid() {
-                    return refuse("`ramp` must be in (0, 0.5]");
+                    return refuse("`ramp` must be in (0, 0.5]; `rise` and `fall` 0 or more and together at most 1");
                 }
             }
         }

@@ -56,16 +56,19 @@ impl<const D: usize> Led<D> {
 #[derive(Clone, Debug)]
 pub(crate) struct Boundary<const D: usize> {
     pub obstacles: Vec<Obstacle>,
-    pub pins: Vec<(Led<D>, f64)>,
+    /// Place and half sides [m] of each pin.
+    pub pins: Vec<(Led<D>, SVector<f64, D>)>,
     pub drives: Vec<(usize, Led<D>)>,
+    /// Which vertices are driven; empty where none is.
+    pub driven: Vec<bool>,
     pub walls: Option<Walls<D>>,
 }
 
 /// The boundary at one instant.
 pub(crate) struct BoundarySample<'a, const D: usize> {
     pub obstacles: Vec<PosedObstacle<'a>>,
-    /// Centre, velocity and half width of each pin.
-    pub pins: Vec<(SVector<f64, D>, SVector<f64, D>, f64)>,
+    /// Centre, velocity and half sides [m] of each pin.
+    pub pins: Vec<(SVector<f64, D>, SVector<f64, D>, SVector<f64, D>)>,
     pub walls: Option<&'a Walls<D>>,
 }
 
@@ -108,7 +111,16 @@ impl<const D: usize> Boundary<D> {
                 PinPlace::Point(point) => vector(&format!("{path}.at"), point)?,
                 PinPlace::Vertex { yarn, vertex } => state.position[model.vertex(&path, *yarn, *vertex)?],
             };
-            pins.push((Led { place, motion: pin.motion.clone() }, pin.half_width));
+            let half = if pin.half_size.is_empty() {
+                SVector::repeat(pin.half_width * settings.cell)
+            } else {
+                let half: SVector<f64, D> = vector(&format!("{path}.half_size"), &pin.half_size)?;
+                if half.iter().any(|side| *side < 0.0) {
+                    return Err(YarnError::setting(format!("{path}.half_size"), "sides must not be negative"));
+                }
+                half
+            };
+            pins.push((Led { place, motion: pin.motion.clone() }, half));
         }
         let mut drives = Vec::new();
         for (i, drive) in settings.drives.iter().enumerate() {
@@ -117,8 +129,12 @@ impl<const D: usize> Boundary<D> {
             let vertex = model.vertex(&path, drive.yarn, drive.vertex)?;
             drives.push((vertex, Led { place: state.position[vertex], motion: drive.motion.clone() }));
         }
+        let mut driven = vec![false; if drives.is_empty() { 0 } else { model.len() }];
+        for (vertex, _) in &drives {
+            driven[*vertex] = true;
+        }
         let walls = settings.domain.as_ref().map(|domain| Walls::build(domain, settings.cell)).transpose()?;
-        Ok(Self { obstacles, pins, drives, walls })
+        Ok(Self { obstacles, pins, drives, driven, walls })
     }
 
     /// Poses everything at `time`.
@@ -155,7 +171,6 @@ impl<const D: usize> BoundarySample<'_, D> {
         &self,
         node: &[i32; D],
         x: &SVector<f64, D>,
-        cell: f64,
         near: &[u32],
         mut velocity: SVector<f64, D>,
         mut record: impl FnMut(Actor, SVector<f64, D>),
@@ -168,7 +183,7 @@ impl<const D: usize> BoundarySample<'_, D> {
             }
         }
         for (i, (center, pinned, half)) in self.pins.iter().enumerate() {
-            if inside_pin(x, center, half * cell) {
+            if inside_pin(x, center, half) {
                 record(Actor::Pin(i as u32), pinned - velocity);
                 velocity = *pinned;
             }
@@ -186,6 +201,10 @@ impl<const D: usize> BoundarySample<'_, D> {
 
 /// Whether a node lies in the box of a pin, whose border belongs to it up to rounding.
 #[inline]
-pub(crate) fn inside_pin<const D: usize>(x: &SVector<f64, D>, center: &SVector<f64, D>, half: f64) -> bool {
-    (0..D).all(|a| (x[a] - center[a]).abs() <= half * (1.0 + 1e-12))
+pub(crate) fn inside_pin<const D: usize>(
+    x: &SVector<f64, D>,
+    center: &SVector<f64, D>,
+    half: &SVector<f64, D>,
+) -> bool {
+    (0..D).all(|a| (x[a] - center[a]).abs() <= half[a] * (1.0 + 1e-12))
 }

@@ -3,6 +3,7 @@
 //! Every generator gives polylines whose segments have about the length asked for; material, velocity and rest lengths are
 //! the group's. Nothing here knows a grid.
 
+mod count;
 mod curve;
 mod hair;
 mod polyline;
@@ -183,6 +184,11 @@ pub enum YarnShape {
         #[serde(default)]
         velocities: Vec<Vec<f64>>,
     },
+    /// Several yarns, each point by point (from a file).
+    Polylines {
+        /// Vertices of each yarn [m], at least two each.
+        yarns: Vec<Vec<Vec<f64>>>,
+    },
 }
 
 impl YarnGroup {
@@ -295,6 +301,15 @@ impl YarnGroup {
                 }
                 given_rest = rest_lengths;
                 vec![course]
+            }
+            YarnShape::Polylines { yarns } => {
+                let mut courses = Vec::with_capacity(yarns.len());
+                for (k, points) in yarns.iter().enumerate() {
+                    let course = points.iter().enumerate();
+                    let course = course.map(|(i, point)| vector(&format!("{shape}.yarns[{k}][{i}]"), point));
+                    courses.push(course.collect::<Result<_, _>>()?);
+                }
+                courses
             }
         };
         if courses.is_empty() {

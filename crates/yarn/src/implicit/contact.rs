@@ -51,7 +51,7 @@ impl<const D: usize> Contacts<D> {
                 }
                 let index = grid.cell(node);
                 let x = grid.lattice.node_position(&index, &[0.0; D]);
-                let contacts = contacts_of(boundary, &index, &x, cell, &near, &star[node]);
+                let contacts = contacts_of(boundary, &index, &x, &near, &star[node]);
                 if !contacts.is_empty() {
                     let mut entry = Held { node, contacts, free: SMatrix::identity() };
                     entry.settle();
@@ -175,7 +175,6 @@ fn contacts_of<const D: usize>(
     boundary: &BoundarySample<'_, D>,
     index: &[i32; D],
     x: &SVector<f64, D>,
-    cell: f64,
     near: &[u32],
     star: &SVector<f64, D>,
 ) -> Vec<Contact<D>> {
@@ -208,7 +207,7 @@ fn contacts_of<const D: usize>(
         holds: true,
     };
     for (i, (center, body, half)) in boundary.pins.iter().enumerate() {
-        if inside_pin(x, center, half * cell) {
+        if inside_pin(x, center, half) {
             contacts.push(full(Actor::Pin(i as u32), *body));
         }
     }

@@ -154,6 +154,9 @@ pub struct Pin {
     /// Half width of the held region in cells, 0.5 to 100; 1.5 holds the whole stencil of the point.
     #[serde(default = "default_half_width")]
     pub half_width: f64,
+    /// Half of each side of the held box [m], where it is not a cube of `half_width`; empty: a cube.
+    #[serde(default)]
+    pub half_size: Vec<f64>,
     /// Script of its motion, from the place above.
     #[serde(default)]
     pub motion: Motion,

@@ -46,6 +46,16 @@ pub enum Bending {
         #[serde(default)]
         stiffness: Option<f64>,
     },
+    /// [`Bending::Rod`] by its stiffness over that of a solid section of the stretch modulus.
+    RodShare {
+        /// Share, not negative; 0.01 is a bundle of a hundred fibres that slide freely.
+        share: f64,
+    },
+    /// [`Bending::Spring`] by its stiffness over that of the mean segment along the yarn, `k V/l₀²`.
+    SpringShare {
+        /// Share, not negative; the note's is 0.05.
+        share: f64,
+    },
 }
 
 /// What a yarn is made of.
@@ -116,6 +126,9 @@ impl YarnMaterial {
             Bending::Rod { stiffness: Some(b) } | Bending::Spring { stiffness: Some(b) } => {
                 range(&at("bending.stiffness"), b, 0.0, f64::MAX)
             }
+            Bending::RodShare { share } | Bending::SpringShare { share } => {
+                range(&at("bending.share"), share, 0.0, f64::MAX)
+            }
             _ => Ok(()),
         }
     }
@@ -163,9 +176,15 @@ impl YarnMaterial {
     /// Rod bending stiffness of one hundredth of a solid section [N m²].
     #[must_use]
     pub fn bundle_bending_stiffness(&self, cell: f64, dimension: usize) -> f64 {
+        0.01 * self.solid_bending_stiffness(cell, dimension)
+    }
+
+    /// Rod bending stiffness of a solid section of the stretch modulus [N m²].
+    #[must_use]
+    pub fn solid_bending_stiffness(&self, cell: f64, dimension: usize) -> f64 {
         let width = self.width(cell);
         let second_moment =
             if dimension == 2 { width.powi(3) / 12.0 } else { std::f64::consts::PI * width.powi(4) / 64.0 };
-        0.01 * self.stretch_modulus * second_moment
+        self.stretch_modulus * second_moment
     }
 }

@@ -52,7 +52,12 @@ fn stiff_yarn_runs_at_the_advection_step() {
     let mut scene = implicit(settings::<2>(vec![YarnGroup::new(line)]), 1e-4);
     scene.materials.insert("yarn".to_owned(), YarnMaterial { stretch_modulus: 1e6, ..YarnMaterial::default() });
     scene.gravity = vec![0.0, -9.8];
-    scene.pins = vec![Pin { at: PinPlace::Vertex { yarn: 0, vertex: 0 }, half_width: 1.5, motion: Motion::default() }];
+    scene.pins = vec![Pin {
+        at: PinPlace::Vertex { yarn: 0, vertex: 0 },
+        half_width: 1.5,
+        half_size: vec![],
+        motion: Motion::default(),
+    }];
     let mut explicit = scene.clone();
     explicit.step.integrator = Integrator::Explicit;
     let bound = build::<2>(&explicit).tightest_limit().unwrap().seconds;

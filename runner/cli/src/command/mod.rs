@@ -4,6 +4,7 @@ mod batch;
 mod check;
 mod contact;
 mod fit;
+mod import;
 mod material;
 mod plan;
 mod replay;
@@ -29,6 +30,8 @@ pub enum Command {
     Plan(plan::Plan),
     /// Run validation cases against their references.
     Validate(validate::Validate),
+    /// Turn a scene of the C++ reference code (XML) into a scene of ours.
+    Import(import::Import),
     /// Solve one saved contact problem.
     Contact(contact::Contact),
     /// Try again what a run could not do: a saved state or a contact problem.
@@ -74,6 +77,7 @@ impl Command {
             Command::Check(command) => command.run(),
             Command::Plan(command) => command.run(),
             Command::Validate(command) => command.run(),
+            Command::Import(command) => command.run(),
             Command::Contact(command) => command.run(),
             Command::Replay(command) => command.run(),
             Command::Report(command) => command.run(),

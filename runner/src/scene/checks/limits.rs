@@ -152,6 +152,19 @@ impl Checker<'_> {
                 "write `formats: [Vtk]`, or `frames: Never`",
             );
         }
+        for (i, slice) in output.slices.iter().enumerate() {
+            let at = place.field("slices").index(i);
+            if self.scene.liquid.is_none() {
+                let message = "a slice shows liquid, but the scene has no `liquid`";
+                self.inconsistent(&at, message, "remove the slice");
+            }
+            if slice.normal.0.amax() != 1.0 {
+                let message = "a slice stands across `X`, `Y` or `Z`";
+                self.inconsistent(&at.field("normal"), message, "write `normal: X`, `Y` or `Z`");
+            }
+        }
+        let slices: Vec<_> = output.slices.iter().map(|slice| slice.name.clone()).collect();
+        self.unique_names(&place.field("slices"), &slices);
         if self.problems.is_empty() {
             self.probes(&place.field("probes"));
         }
@@ -166,6 +179,13 @@ impl Checker<'_> {
                     names.push(probe.name.clone());
                     if self.scene.liquid.is_none() {
                         let message = "a point is probed for liquid, but the scene has no `liquid`";
+                        self.inconsistent(&at, message, "probe a vertex of a strand, or remove the probe");
+                    }
+                }
+                Probe::Yarn(probe) => {
+                    names.push(probe.name.clone());
+                    if self.scene.yarn.is_none() {
+                        let message = "a yarn is probed, but the scene has no `yarn`";
                         self.inconsistent(&at, message, "probe a vertex of a strand, or remove the probe");
                     }
                 }

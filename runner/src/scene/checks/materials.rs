@@ -14,6 +14,7 @@ impl Checker<'_> {
             match material {
                 Material::Fibre(fibre) => self.fibre(&place, name, fibre),
                 Material::Liquid(liquid) => self.liquid_material(&place, name, liquid),
+                Material::Yarn(_) => {}
             }
         }
     }
@@ -63,7 +64,11 @@ impl Checker<'_> {
 
     /// The material `name` as a fibre or liquid, or a problem.
     pub(super) fn material_of_kind(&mut self, place: &Path, name: &str, liquid: bool) -> bool {
-        let wanted = |material: &Material| matches!(material, Material::Liquid(_)) == liquid;
+        let wanted = |material: &Material| match material {
+            Material::Liquid(_) => liquid,
+            Material::Fibre(_) => !liquid,
+            Material::Yarn(_) => false,
+        };
         let kind = if liquid { "liquid" } else { "fibre" };
         let known: Vec<&str> = self
             .scene
@@ -74,8 +79,12 @@ impl Checker<'_> {
             .collect();
         match self.scene.materials.get(name) {
             Some(material) if wanted(material) => true,
-            Some(_) => {
-                let other = if liquid { "a fibre" } else { "a liquid" };
+            Some(found) => {
+                let other = match found {
+                    Material::Fibre(_) => "a fibre",
+                    Material::Liquid(_) => "a liquid",
+                    Material::Yarn(_) => "a yarn",
+                };
                 let message = format!("the material \"{name}\" is {other}; a {kind} is needed here");
                 self.refuse(ProblemKind::UnknownReference, place, message, suggest(name, kind, &known));
                 false

@@ -6,6 +6,7 @@ mod microgel;
 mod motions;
 mod strands;
 mod volumes;
+mod yarn;
 
 use super::Scene;
 use super::edit::{Path, follow_loosely};
@@ -14,6 +15,7 @@ use super::quantity::Quantity;
 use super::solids::Volume;
 use super::strands::StrandShape;
 use super::tree::{Node, Span};
+use super::yarn::YarnShape;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -43,6 +45,9 @@ pub fn check(scene: &Scene, root: &Node, files: &[SourceFile]) -> Vec<Problem> {
     } else {
         checker.time();
     }
+    if let Some(yarn) = &scene.yarn {
+        checker.yarn(yarn);
+    }
     checker.memory();
     checker.output();
     checker.problems
@@ -57,6 +62,11 @@ pub fn external_files(scene: &Scene) -> Vec<PathBuf> {
             files.push(shape.file.path.clone());
         }
     }
+    let yarns = scene.yarn.iter().flat_map(|yarn| &yarn.groups);
+    files.extend(yarns.filter_map(|group| match &group.shape {
+        YarnShape::File(shape) => Some(shape.file.path.clone()),
+        _ => None,
+    }));
     let liquid = scene.liquid.iter().flat_map(|liquid| {
         let tanks = liquid.tanks.iter().map(|tank| &tank.shape);
         tanks

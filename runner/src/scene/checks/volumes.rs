@@ -3,9 +3,14 @@
 use super::Checker;
 use crate::scene::edit::Path;
 use crate::scene::error::ProblemKind;
-use crate::scene::liquid::Liquid;
+use crate::scene::liquid::{Dimensions, Liquid};
+use crate::scene::motion::{Motion, Script};
 use crate::scene::quantity::{Quantity, show_number};
 use crate::scene::solids::Volume;
+use crate::world::liquid::build::{dimensions, particles_per_axis};
+use crate::world::liquid::planar;
+use nalgebra::Vector3;
+use particle_grid::BLOCK;
 
 impl Checker<'_> {
     pub(super) fn volume(&mut self, place: &Path, volume: &Volume) {
@@ -60,6 +65,18 @@ impl Checker<'_> {
                 "add `tanks: […]` or `sources: […]`, or remove the section",
             );
         }
+        if particles_per_axis(liquid).is_none() {
+            let powers: Vec<String> = (1..=8u32).map(|n| n.pow(dimensions(liquid)).to_string()).collect();
+            let message = format!("{} particles cannot be spread evenly over a cell", liquid.particles_per_cell);
+            self.inconsistent(
+                &place.field("particles_per_cell"),
+                message,
+                format!("write one of {}: so many along each direction", powers.join(", ")),
+            );
+        }
+        if liquid.dimensions == Dimensions::Two {
+            self.in_the_plane(liquid);
+        }
         for (i, tank) in liquid.tanks.iter().enumerate() {
             let at = place.field("tanks").index(i);
             self.material_of_kind(&at.field("material"), &tank.material, true);
@@ -72,11 +89,13 @@ impl Checker<'_> {
             self.volume(&at.field("shape"), &source.shape);
             self.bounded(&at.field("shape"), &source.shape, false);
             self.script(&at.field("motion"), &source.motion);
+            self.keeps_its_size(&at.field("motion"), &source.motion);
         }
         for (i, drain) in liquid.drains.iter().enumerate() {
             let at = place.field("drains").index(i);
             self.volume(&at.field("shape"), &drain.shape);
             self.script(&at.field("motion"), &drain.motion);
+            self.keeps_its_size(&at.field("motion"), &drain.motion);
         }
         if let Some(domain) = &liquid.domain {
             let at = place.field("domain");
@@ -98,6 +117,14 @@ impl Checker<'_> {
                     );
                     continue;
                 }
+                if liquid.dimensions == Dimensions::Two && direction == 2 {
+                    self.inconsistent(
+                        &at.field("periodic").index(i),
+                        "liquid in two dimensions has no direction `Z`",
+                        "write `X` or `Y`",
+                    );
+                    continue;
+                }
                 let cells = size[direction] / liquid.cell;
                 if cells > 0.0 && (cells - cells.round()).abs() > 1e-6 * cells.max(1.0) {
                     let message = format!("the periodic size is {} cells, not a whole number", show_number(cells));
@@ -106,8 +133,64 @@ impl Checker<'_> {
                         message,
                         "choose `cell` so that it divides the size of the domain",
                     );
+                } else if cells > 0.0 && !(cells.round() as u64).is_multiple_of(BLOCK as u64) {
+                    let message = format!("the periodic size is {} cells, not a multiple of {BLOCK}", cells.round());
+                    self.inconsistent(
+                        &place.field("cell"),
+                        message,
+                        format!(
+                            "choose `cell` so that the size of the domain is {BLOCK}, {}, {} … cells",
+                            2 * BLOCK,
+                            3 * BLOCK
+                        ),
+                    );
                 }
             }
+        }
+    }
+
+    /// Liquid in two dimensions: no strands, and nothing that has no meaning in the plane.
+    fn in_the_plane(&mut self, liquid: &Liquid) {
+        let scene = self.scene;
+        let root = Path::default();
+        if !scene.strands.is_empty() {
+            let at = root.field("liquid").field("dimensions");
+            self.inconsistent(&at, "strands live in space, this liquid in the plane", "write `dimensions: Three`");
+        }
+        let mut things = Vec::new();
+        for (i, solid) in scene.solids.iter().enumerate() {
+            things.push((root.field("solids").index(i), &solid.shape, Some(&solid.motion)));
+        }
+        let place = root.field("liquid");
+        for (i, tank) in liquid.tanks.iter().enumerate() {
+            things.push((place.field("tanks").index(i), &tank.shape, None));
+        }
+        for (i, source) in liquid.sources.iter().enumerate() {
+            things.push((place.field("sources").index(i), &source.shape, Some(&source.motion)));
+        }
+        for (i, drain) in liquid.drains.iter().enumerate() {
+            things.push((place.field("drains").index(i), &drain.shape, Some(&drain.motion)));
+        }
+        for (at, shape, motion) in things {
+            if let Err(what) = planar::shape(shape) {
+                self.inconsistent(&at.field("shape"), what, "in two dimensions bodies go on for ever along z");
+            }
+            if let Some(Err(what)) = motion.map(|script| planar::check_motion(scene.script(script))) {
+                self.inconsistent(&at.field("motion"), what, "write `axis: Z`");
+            }
+        }
+    }
+
+    /// Liquid cannot flow in and out of what grows or shrinks.
+    fn keeps_its_size(&mut self, place: &Path, script: &Script) {
+        let grows = |part: &Motion| match part {
+            Motion::Scale(_) => true,
+            Motion::Keyframes(frames) => frames.poses.iter().any(|pose| pose.scale.0 != Vector3::repeat(1.0)),
+            _ => false,
+        };
+        if self.scene.script(script).iter().any(grows) {
+            let message = "what liquid flows in and out of cannot grow or shrink";
+            self.inconsistent(place, message, "move or turn it only");
         }
     }
 

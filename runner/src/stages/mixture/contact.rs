@@ -10,6 +10,7 @@
 //! linearised rods give `u = W r' + (H v + w − W r)`. Handing over `r' − r` is then a Newton step on rods and contacts
 //! together; one round is the plain method (Kaufman and others 2014).
 
+mod cohesion;
 mod impulses;
 mod motion;
 mod second_opinion;
@@ -71,6 +72,8 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
     let rods = &state.rods;
     let stepper = &mut strands.stepper;
     contact.begin(rods, step, stepper, &strands.boundary);
+    let films = state.film.as_ref().map(|films| &films.state);
+    contact.widen(rods, films);
     let tau = stepper.equivalent_step().unwrap_or(step.dt);
 
     let fields: Vec<StepSolid> = if contact.with_solids {
@@ -80,6 +83,7 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
     };
     let fields: Vec<&dyn SolidField> = fields.iter().map(|field| field as &dyn SolidField).collect();
     contact.look(rods, &fields, 0, memory)?;
+    contact.moisten(rods, films, memory, &fields, 0);
 
     let mut posed: Option<ContactSystem> = None;
     let mut corrected = Vec::new();
@@ -96,6 +100,7 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         contact.read_velocities(rods, stepper);
         let setting = Setting { dt: step.dt, tau, friction: &strands.friction, solids };
         let mut system = contact.pose(rods, &inverses, &setting)?;
+        contact.cohere(&mut system, rods, &setting);
         let start = contact.start(&system, memory, tau, round == 0);
         contact.seconds[1] += begin.elapsed().as_secs_f64();
 
@@ -107,6 +112,7 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
             let part = so_far.row_product(k, &carried);
             *q = [q[0] - part[0], q[1] - part[1], q[2] - part[2]];
         }
+        contact.resist_sliding(&mut system, tau);
         let solution = ::contact::solve(&system.problem, Some(&start), &contact.settings);
         contact.seconds[2] += begin.elapsed().as_secs_f64();
         contact.report.rounds += 1;
@@ -117,7 +123,10 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
             contact.not_solved(memory, &system, &solution.report.solve, first_round)?;
         }
 
-        contact.hand_over(rods, &solution.impulses);
+        let flow = contact.lists.flow.iter();
+        let whole: Vec<Vec3> =
+            solution.impulses.iter().zip(flow).map(|(r, f)| [r[0] + f[0], r[1] + f[1], r[2] + f[2]]).collect();
+        contact.hand_over(rods, &whole);
         let turn = contact.turn(rods, &touched, &inverses, step.dt);
         let last = round + 1 == most_rounds;
         if last && turn > TOO_LARGE_TURN {
@@ -130,15 +139,17 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         contact.lists.per_vertex = given;
         let report = done.map_err(|error| rejection(&error))?;
         strands.report.halvings += report.halvings;
-        contact.lists.impulses = solution.impulses;
+        contact.lists.impulses = whole;
         contact.lists.states = solution.states;
         posed = Some(system);
         corrected = touched;
 
         let moved = contact.follow(rods, stepper);
         let unseen = UNSEEN_MOTION * contact.detection.proximity * contact.smallest_radius;
+        let known = contact.lists.active.len();
         let woken = contact.wake(&fields, round + 1, |_| false);
         let grown = moved > unseen && contact.look(rods, &fields, round + 1, memory)?;
+        contact.moisten(rods, films, memory, &fields, known);
         if !woken && !grown && !nonlinear {
             break;
         }
@@ -232,12 +243,13 @@ impl ContactWorld {
             start: &lists.start,
             end: &lists.end,
             first_vertex: &self.first_vertex,
-            radius: &self.edge_radius,
+            radius: if lists.wide.is_empty() { &self.edge_radius } else { &lists.wide },
         };
         lists
             .detector
             .detect(&strands, solids, &self.detection, &mut lists.found)
             .map_err(|error: DetectionError| no_number(error))?;
+        self.true_gaps();
         self.adjust_gaps(rods);
         let lists = &mut self.lists;
         let before = lists.active.len();
@@ -264,6 +276,8 @@ impl ContactWorld {
     /// Poses those of the contacts in view that would overlap at the end of the step; those that stay open need no
     /// impulse, and leaving them out is exact as long as none of them closes. Returns whether there were any.
     fn wake(&mut self, solids: &[&dyn SolidField], round: usize, was_pressed: impl Fn(&Contact) -> bool) -> bool {
+        // a bridge of liquid pulls across a gap: wet contacts need an impulse without closing
+        let wet = self.cohesion.is_some();
         let lists = &mut self.lists;
         // what impulses bring nearer than that is pushed apart in the next step
         let allowed = if round == 0 { 0.0 } else { UNPOSED_OVERLAP * self.smallest_radius };
@@ -277,7 +291,7 @@ impl ContactWorld {
         let mut gaps = gaps.into_iter();
         spare.retain(|c| {
             let gap = gaps.next().unwrap_or(f64::INFINITY);
-            if !(closes && gap < near || round == 0 && was_pressed(c)) {
+            if !(wet || closes && gap < near || round == 0 && was_pressed(c)) {
                 return true;
             }
             lists.active.push(*c);
@@ -357,8 +371,8 @@ impl ContactWorld {
         if first {
             return remembered.collect();
         }
-        let used = self.lists.impulses.iter();
-        remembered.zip(used).map(|(new, old)| if *old == [0.0; 3] { new } else { *old }).collect()
+        let used = self.law_impulses();
+        remembered.zip(used).map(|(new, old)| if old == [0.0; 3] { new } else { old }).collect()
     }
 
     /// Counts and keeps a problem that was not solved; refuses the step where the scene wants that.
@@ -388,6 +402,8 @@ impl ContactWorld {
 
     /// Forgets contacts that were found after the last problem was solved.
     fn drop_unsolved(&mut self, solved: usize) {
+        self.lists.wet.truncate(solved);
+        self.lists.flow.truncate(solved);
         self.lists.active.truncate(solved);
         self.lists.impulses.truncate(solved);
         self.lists.states.truncate(solved);
@@ -397,7 +413,12 @@ impl ContactWorld {
     fn remember(&self, memory: &mut ContactMemory, tau: f64) {
         memory.steps += 1;
         let lists = &self.lists;
-        let pressed = lists.active.iter().zip(&lists.impulses).filter(|(_, r)| **r != [0.0; 3]);
+        let law = self.law_impulses();
+        let pressed = lists.active.iter().zip(&law).filter(|(_, r)| **r != [0.0; 3]);
+        let bridged = lists.active.iter().zip(&lists.wet).filter(|(_, wet)| wet.bridged);
+        memory.bridges.clear();
+        memory.bridges.extend(bridged.map(|(c, _)| Place::of(c)));
+        memory.bridges.sort_unstable();
         memory.renew(pressed.map(|(c, r)| {
             let force = crate::world::contact::record::world_impulse(c, r) / tau;
             (Place::of(c), force.into(), c.normal)
@@ -411,6 +432,8 @@ impl ContactWorld {
         lists.active.clear();
         lists.impulses.clear();
         lists.states.clear();
+        lists.wet.clear();
+        lists.flow.clear();
         lists.start.clear();
         lists.start.extend(rods.position.iter().map(|x| [x.x, x.y, x.z]));
         lists.held.clear();

@@ -14,6 +14,8 @@ const AGE_LIMIT: u8 = 3;
 pub struct ContactMemory {
     /// Forces to start from, in the order of [`Place`].
     pub kept: Vec<Kept>,
+    /// Contacts that a bridge of liquid joined in the last step, sorted.
+    pub bridges: Vec<Place>,
     /// Steps so far.
     pub steps: u64,
     /// Steps whose contact problem was not solved to its tolerance.
@@ -54,6 +56,18 @@ pub struct Kept {
 }
 
 impl Place {
+    /// The edges of strands that touch here, as strand and edge.
+    pub fn edges(&self) -> impl Iterator<Item = (u32, u32)> {
+        let other = (self.b.0 != SOLID).then_some(self.b);
+        std::iter::once(self.a).chain(other)
+    }
+
+    /// Whether this can be the same bridge as another, slid along by at most an edge.
+    fn continues(&self, before: &Place) -> bool {
+        let near = |x: (u32, u32), y: (u32, u32)| x.0 == y.0 && x.1.abs_diff(y.1) <= 1;
+        near(self.a, before.a) && if self.b.0 == SOLID { self.b == before.b } else { near(self.b, before.b) }
+    }
+
     /// The place of a contact. Between strands a pair of edges has but one contact; on a solid an edge may have three.
     #[must_use]
     pub fn of(contact: &Contact) -> Place {
@@ -71,6 +85,15 @@ impl Place {
 }
 
 impl ContactMemory {
+    /// Whether a bridge of liquid was here in the last step.
+    #[must_use]
+    pub fn was_bridged(&self, place: &Place) -> bool {
+        let first = (place.a.0, place.a.1.saturating_sub(1));
+        let from = self.bridges.partition_point(|bridge| bridge.a < first);
+        let near = self.bridges[from..].iter().take_while(|b| b.a.0 == place.a.0 && b.a.1 <= place.a.1 + 1);
+        near.into_iter().any(|bridge| place.continues(bridge))
+    }
+
     /// Impulse to start from in the given basis (normal first) [N s]; zero where the contact is new. The force of the last
     /// step is turned with the normal.
     #[must_use]

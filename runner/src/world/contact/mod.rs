@@ -2,12 +2,14 @@
 //!
 //! ```text
 //! mod     ── ContactWorld: settings from the scene, lists of the present step
+//! cohesion── liquids of the films, what is wet in the present step
 //! memory  ── what survives a step and goes into checkpoints: forces to start from, warnings, confirmations
 //! record  ── columns, rows, picture
 //! ```
 //!
 //! The algorithm is in `stages::mixture::contact`.
 
+pub mod cohesion;
 pub mod memory;
 pub mod record;
 
@@ -19,10 +21,12 @@ use nalgebra::Vector3;
 use rods::RodSet;
 
 use super::Reaction;
+use super::film::FilmWorld;
 use crate::plan::Components;
 use crate::scene::Scene;
 use crate::scene::contact::{ContactFailure, ContactSolver};
 use crate::scene::time::{Component, StepControl};
+use cohesion::{CohesionWorld, Wetness};
 
 /// Contact of a scene; absent where nothing can touch.
 pub struct ContactWorld {
@@ -40,6 +44,8 @@ pub struct ContactWorld {
     pub rejects: bool,
     /// Every so many steps a second solver is asked.
     pub cross_check: Option<u64>,
+    /// Cohesion, where strands can be wet.
+    pub cohesion: Option<CohesionWorld>,
     /// Radii a vertex may move in one step; only without continuous detection, which needs no such limit.
     pub radii_per_step: Option<f64>,
     /// Largest radius of each edge, at its first vertex [m].
@@ -81,6 +87,14 @@ pub struct Lists {
     pub impulses: Vec<Vec3>,
     /// What each does.
     pub states: Vec<ContactState>,
+    /// The liquid at each.
+    pub wet: Vec<Wetness>,
+    /// Part of each impulse by which the liquid resists sliding [N s].
+    pub flow: Vec<Vec3>,
+    /// How far the liquid of each edge can reach, at its first vertex [m]; empty where nothing is wet.
+    pub reach: Vec<f64>,
+    /// Radius of each edge with that reach [m]; empty where nothing is wet.
+    pub wide: Vec<f64>,
     /// Positions at the start of the step [m].
     pub start: Vec<Vec3>,
     /// Positions at its end under the present solution [m].
@@ -110,6 +124,8 @@ pub struct StepFigures {
     pub slipping: usize,
     /// Held by cohesion.
     pub cohesive: usize,
+    /// Joined by a bridge of liquid.
+    pub bridges: usize,
     /// Contacts dropped because both sides are held.
     pub held: usize,
     /// Iterations of all contact solvers.
@@ -125,7 +141,12 @@ pub struct StepFigures {
 impl ContactWorld {
     /// Contact as a scene asks for it; `None` where nothing can touch.
     #[must_use]
-    pub fn build(scene: &Scene, components: &Components, rods: &RodSet) -> Option<ContactWorld> {
+    pub fn build(
+        scene: &Scene,
+        components: &Components,
+        rods: &RodSet,
+        film: Option<&FilmWorld>,
+    ) -> Option<ContactWorld> {
         if !components.contact {
             return None;
         }
@@ -175,6 +196,7 @@ impl ContactWorld {
             relinearisations: asked.relinearisations.max(1),
             rejects: asked.on_failure == ContactFailure::Reject,
             cross_check: scene.cross_check,
+            cohesion: CohesionWorld::build(scene, components, film),
             radii_per_step: (!detection.continuous).then_some(cfl),
             smallest_radius: rods.radius.iter().flatten().copied().fold(f64::INFINITY, f64::min),
             edge_radius,

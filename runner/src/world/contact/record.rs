@@ -27,6 +27,9 @@ pub fn columns(contact: &ContactWorld, solids: &[SceneSolid], columns: &mut Vec<
     ] {
         columns.push(Column::new(name, unit, meaning));
     }
+    if contact.cohesion.is_some() {
+        columns.push(Column::new("bridges", "1", "contacts joined by a bridge of liquid"));
+    }
     if contact.cross_check.is_some() {
         let meaning = "largest velocity difference to the second solver when last asked, relative to the free velocity";
         columns.push(Column::new("cross_check_difference", "1", meaning));
@@ -60,6 +63,9 @@ pub fn row(contact: &ContactWorld, memory: &ContactMemory, out: &mut Vec<f64>) {
         out.push(count as f64);
     }
     out.extend([r.residual, memory.warnings as f64, r.worst_penetration]);
+    if contact.cohesion.is_some() {
+        out.push(r.bridges as f64);
+    }
     if contact.cross_check.is_some() {
         out.push(memory.confirmation.last);
     }

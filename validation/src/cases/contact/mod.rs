@@ -10,6 +10,7 @@ mod painleve;
 mod public_problems;
 mod pull_off;
 mod sliding_block;
+mod stick_slip;
 mod tolerance;
 
 use crate::case::Case;
@@ -28,6 +29,7 @@ pub fn cases() -> Vec<Case> {
         public_problems::CASE,
         pull_off::CASE,
         sliding_block::CASE,
+        stick_slip::CASE,
         tolerance::CASE,
     ]
 }

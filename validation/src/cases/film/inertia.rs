@@ -39,7 +39,7 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
     let crossed = film.crossed_volume().to_vec();
     let impulse = |form, motion: &[Vector3<f64>]| {
         let mut out = vec![Vector3::zeros(); motion.len()];
-        impulses(form, &before, strand.view(), &crossed, motion, rho, dt, &mut out)
+        impulses(form, &before, strand.view(), &crossed, motion, &[rho], dt, &mut out)
             .map(|()| out)
             .map_err(CaseError::failed)
     };
@@ -83,7 +83,7 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
         let mut film = solver(&cream, FilmSettings::default())?;
         film.advect(&mut state, strand.view(), step).map_err(CaseError::failed)?;
         let mut out = vec![Vector3::zeros(); n];
-        impulses(form, &old, strand.view(), film.crossed_volume(), &motion, rho, step, &mut out)
+        impulses(form, &old, strand.view(), film.crossed_volume(), &motion, &[rho], step, &mut out)
             .map_err(CaseError::failed)?;
         let mut worst = 0.0f64;
         let unit = rho * film_area(1e-4, 2e-4) * dx * step * u0 * k;

@@ -63,6 +63,7 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
         settings.pins.push(Pin {
             at: PinPlace::Vertex { yarn: 0, vertex },
             half_width: 1.5,
+            half_size: vec![],
             motion: Motion::default(),
         });
     }

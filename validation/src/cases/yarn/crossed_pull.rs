@@ -1,10 +1,12 @@
 //! A yarn pulled out from between two others under load.
 
 use geometry::{Ease, Motion, ShapeDescription, Vector3, motion::Movement};
-use yarn::settings::{Drive, ObstacleSettings};
-use yarn::{YarnGroup, YarnMaterial, YarnShape};
+use std::path::Path;
 
-use super::setup::{CELL, build, material, plane};
+use yarn::settings::{Drive, ObstacleSettings};
+use yarn::{YarnGroup, YarnMaterial, YarnShape, YarnSystem};
+
+use super::setup::{CELL, material, plane};
 use crate::case::{Case, CaseError, Outcome, Param, Params, Table};
 
 /// Pull-out.
@@ -13,6 +15,14 @@ pub const CASE: Case = Case {
     about: "A yarn drawn slowly out from between two yarns that plates press with load N: pull-out force against 2 c_f N (Coulomb on both sides).",
     params: &[
         Param::number("friction", 0.3, "1", "Coulomb coefficient between the yarns"),
+        Param::count("dimension", 2, "2: three parallel yarns; 3: the outer two cross the drawn one at right angles"),
+        Param::number(
+            "section_friction",
+            3.0,
+            "1",
+            "in space: Coulomb coefficient against a change of shape of the cross-section",
+        ),
+        Param::number("time", 0.24, "s", "time of the experiment"),
         Param::flag("sweep", false, "measure coefficients from 0.05 to 1 as well"),
         Param::number("compression", 0.01, "1", "share by which the plates close"),
     ],
@@ -26,21 +36,31 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
 fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     let friction = p.number_in("friction", 0.01, 2.0)?;
     let compression = p.number_in("compression", 0.005, 0.3)?;
+    let dimension = p.count_in("dimension", 2, 3)?;
     let mut out = Outcome::new();
+    let section = p.number_in("section_friction", 0.0, 10.0)?;
+    let time = p.number_in("time", 0.1, 10.0)?;
+    let pull = |friction: f64, compression: f64| {
+        let set = Set { friction, compression, section, time };
+        if dimension == 2 { pull::<2>(&set) } else { pull::<3>(&set) }
+    };
     let (force, load) = pull(friction, compression)?;
     out.compare("pull_out_force", force, 2.0 * friction * load, 0.05);
     out.info("load", load);
     if p.flag("sweep")? {
         let mut rows = Vec::new();
+        let mut worst = 0.0f64;
         for c in [0.05, 0.1, 0.2, 0.5, 1.0] {
             let (force, load) = pull(c, compression)?;
             let apparent = force / (2.0 * load);
+            worst = worst.max((apparent / c - 1.0).abs());
             rows.push(vec![
                 format!("{c}"),
                 format!("{apparent:.4}"),
                 format!("{:+.2} %", 100.0 * (apparent / c - 1.0)),
             ]);
         }
+        out.info("largest_error_of_the_sweep", worst);
         out.table(Table {
             title: "Friction measured by pull-out".to_owned(),
             columns: ["coefficient asked for", "measured", "error"].map(str::to_owned).to_vec(),
@@ -50,20 +70,36 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     Ok(out)
 }
 
-/// Mean force of the pull in its last quarter, and mean load of a plate [N/m].
-fn pull(friction: f64, compression: f64) -> Result<(f64, f64), CaseError> {
-    let line = |x0: f64, x1: f64, y: f64| {
-        YarnGroup::new(YarnShape::Line {
-            from: vec![0.5 + x0 * CELL, 0.5 + y * CELL],
-            to: vec![0.5 + x1 * CELL, 0.5 + y * CELL],
-        })
+/// What is pulled, and how.
+struct Set {
+    friction: f64,
+    compression: f64,
+    section: f64,
+    time: f64,
+}
+
+/// Mean force of the pull in its last quarter, and mean load of a plate [N/m; N in space].
+fn pull<const D: usize>(set: &Set) -> Result<(f64, f64), CaseError> {
+    let Set { friction, compression, section, time } = *set;
+    let point = |x: f64, y: f64, z: f64| {
+        let place = [0.5 + x * CELL, 0.5 + y * CELL, 0.5 + z * CELL];
+        place[..D].to_vec()
+    };
+    let line = |from, to| YarnGroup::new(YarnShape::Line { from, to });
+    let outer = |y: f64| {
+        if D == 2 {
+            line(point(-8.0, y, 0.0), point(8.0, y, 0.0))
+        } else {
+            line(point(0.0, y, -6.0), point(0.0, y, 6.0))
+        }
     };
     let mut settings = plane(
-        YarnMaterial { stretch_modulus: 1e4, ..material(friction) },
-        vec![line(-8.0, 8.0, -1.0), line(-9.0, 10.0, 0.0), line(-8.0, 8.0, 1.0)],
+        YarnMaterial { stretch_modulus: 1e4, section_friction: Some(section), ..material(friction) },
+        vec![outer(-1.0), line(point(-9.0, 0.0, 0.0), point(10.0, 0.0, 0.0)), outer(1.0)],
     );
+    settings.dimension = D;
     // Plates that the outer yarns cannot slide on, closing from both sides.
-    let (close, time) = (0.04, 0.24);
+    let close = 0.04;
     let plate = |side: f64| ObstacleSettings {
         shape: ShapeDescription::HalfSpace {
             point: Vector3::new(0.5, 0.5 + side * 1.5 * CELL, 0.0),
@@ -99,7 +135,7 @@ fn pull(friction: f64, compression: f64) -> Result<(f64, f64), CaseError> {
             ],
         },
     }];
-    let mut system = build(&settings)?;
+    let mut system = YarnSystem::<D>::build(&settings, Path::new(".")).map_err(CaseError::failed)?;
     let steps = (time / 2e-4) as usize;
     let (mut force, mut load, mut count) = (0.0, 0.0, 0.0);
     for step in 0..steps {

@@ -39,10 +39,19 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
         out.compare_absolute("speed", speed, 0.0, 0.01);
     }
     let mut rows = Vec::new();
-    for c in [0.05f64, 0.2, 0.5, 1.0] {
+    let (mut worst, mut at_one) = (0.0f64, 0.0f64);
+    for c in [0.05f64, 0.1, 0.2, 0.5, 1.0] {
         for (name, slope) in [("above", c.atan() + 0.15), ("below", c.atan() - 0.04)] {
             let (measured, _) = slide(c, slope, layers)?;
             let exact = (GRAVITY * (slope.sin() - c * slope.cos())).max(0.0);
+            if exact > 0.0 {
+                let error = (slope.tan() - measured / (GRAVITY * slope.cos()) - c).abs() / c;
+                if c < 1.0 {
+                    worst = worst.max(error);
+                } else {
+                    at_one = error;
+                }
+            }
             rows.push(vec![
                 format!("{c}"),
                 name.to_owned(),
@@ -53,6 +62,8 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
             ]);
         }
     }
+    out.compare_absolute("largest_error_to_one_half", worst, 0.0, 0.02);
+    out.compare_absolute("error_at_one", at_one, 0.0, 0.1);
     out.table(Table {
         title: "Acceleration over friction".to_owned(),
         columns: ["friction", "slope", "measured m/s²", "exact m/s²", "apparent coefficient"]

@@ -1,6 +1,7 @@
 //! Yarns: exact motion, conservation, waves, hanging and swinging chains, friction, the reference trajectories.
 
 mod axial_mode;
+mod bending;
 mod capstan;
 mod catenary;
 mod cone;
@@ -21,6 +22,7 @@ use crate::case::Case;
 pub fn cases() -> Vec<Case> {
     vec![
         axial_mode::CASE,
+        bending::CASE,
         capstan::CASE,
         catenary::CASE,
         cone::CASE,

@@ -18,7 +18,7 @@ impl ContactWorld {
             return;
         }
         let problem = &system.problem;
-        let ours = problem.velocities(&self.lists.impulses);
+        let ours = problem.velocities(&self.law_impulses());
         let largest = problem.free_velocity.iter().map(norm_squared).fold(0.0, f64::max).sqrt();
         let difference = |theirs: &[[f64; 3]]| {
             let worst = ours.iter().zip(theirs).map(|(a, b)| norm_squared(&sub(a, b))).fold(0.0, f64::max).sqrt();

@@ -36,6 +36,19 @@ pub fn liquid(density: f64, shear_modulus: f64, flow: FlowCurve) -> Result<Liqui
     Ok(l)
 }
 
+/// How often shear and pressure are solved in a step, by the parameter `coupling`.
+pub fn couple(settings: &mut LiquidSettings, p: &Params) -> Result<(), CaseError> {
+    let (again, last) = match p.text("coupling")? {
+        "once" => (false, false),
+        "twice" => (true, false),
+        "projected" => (true, true),
+        _ => return Err(p.reject("coupling", "once, twice or projected")),
+    };
+    settings.shear.after_pressure = again;
+    settings.pressure.project_last = last;
+    Ok(())
+}
+
 /// Particles on the sub-lattice of a region.
 pub fn region<const D: usize>(
     lattice: &Lattice<D>,

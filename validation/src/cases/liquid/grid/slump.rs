@@ -20,6 +20,11 @@ pub const CASE: Case = Case {
             "1",
             "consistency over ρ g H √(H/g): large enough not to overshoot, small enough to arrest",
         ),
+        Param::text(
+            "coupling",
+            "once",
+            "shear and pressure: once, twice (shear again after it), projected (and it again)",
+        ),
         Param::number("dt", 2e-3, "s", "largest step"),
         Param::number("time", 1.0, "s", "longest time to run"),
     ],
@@ -52,7 +57,8 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
     };
     let walls = [wall(0, 0.0), wall(1, 0.0), wall(2, 1.0)];
     let body = Vector::<3>::new(0.0, 0.0, -GRAVITY);
-    let settings = LiquidSettings { particles_per_axis: per_axis, ..Default::default() };
+    let mut settings = LiquidSettings { particles_per_axis: per_axis, ..Default::default() };
+    setup::couple(&mut settings, p)?;
     let mut run = Run::new(lattice, particles, materials, &walls, body, settings);
     let top = |run: &Run<'_, 3, HalfSpace<3>>| {
         // Height of the column over the middle: the uppermost particles near the axis, half a sample above their centres.

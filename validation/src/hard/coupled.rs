@@ -1,4 +1,4 @@
-//! Hard scenes of films and of strands in liquid (spec 12, cases 15 to 20, 31, 38 to 40).
+//! Hard scenes of films and of strands in liquid (spec 12, cases 16 to 19).
 
 use super::{OVERRIDE, SceneRun};
 use crate::case::{Case, CaseError, Outcome, Params};
@@ -13,7 +13,6 @@ macro_rules! scene {
 pub fn cases() -> Vec<Case> {
     let case = |id, about, run| Case { id, about, params: OVERRIDE, run };
     vec![
-        case("hard/dense-bundle", "a bundle packed to the limit is pulled through paint", dense_bundle),
         case("hard/film-front", "a steep bulge of film runs over a dry strand", film_front),
         case("hard/film-stick-slip", "a film sticks exactly until its wall yields", film_stick_slip),
         case("hard/heavy-film", "a film of 390 times the mass of its strand", heavy_film),
@@ -36,17 +35,6 @@ fn judged(run: &SceneRun, defect: &str) -> Result<Outcome, CaseError> {
 
 fn most(run: &SceneRun, column: &str) -> Result<f64, CaseError> {
     Ok(run.series.column(column)?.iter().fold(0.0, |most: f64, x| most.max(x.abs())))
-}
-
-fn dense_bundle(params: &Params) -> Result<Outcome, CaseError> {
-    let run = SceneRun::hard(scene!("dense-bundle"), "dense-bundle.ron", params)?;
-    let mut out = judged(&run, "total_liquid_mass_defect")?;
-    let densest = most(&run, "solid_fraction_max")?;
-    out.measure("solid_fraction", densest, |x| x > 0.6, "the strands take most of some cells");
-    // the clamps move at most at 1.5 times their mean speed
-    let fastest = most(&run, "liquid_max_speed")? / (1.5 * 0.004 / 0.03);
-    out.measure("speed", fastest, |x| x <= 3.0, "the liquid is no faster than three times what moves it");
-    Ok(out)
 }
 
 fn film_front(params: &Params) -> Result<Outcome, CaseError> {
@@ -86,7 +74,7 @@ fn surface_crossing(params: &Params) -> Result<Outcome, CaseError> {
     let (height, radius, length) = (5e-4, 4e-4, 0.02);
     let full = 1000.0 * std::f64::consts::PI * height * (height + 2.0 * radius) * length;
     let held = most(&run, "film_mass")?;
-    out.measure("share", held / full, |x| x <= 1.0, "the strand never holds more than its full film");
+    out.measure("share", held / full, |x| x <= 1.0 + 1e-9, "the strand never holds more than its full film");
     Ok(out)
 }
 

@@ -76,6 +76,11 @@ impl Checker<'_> {
         };
         for (strand, (line, _)) in lines.iter().enumerate() {
             let before = self.problems.len();
+            if !line.iter().all(|point| point.iter().all(|x| x.is_finite())) {
+                let message = format!("strand {strand} of the group reaches beyond all numbers");
+                self.refuse(ProblemKind::OutOfRange, &place.field("shape"), message, "make its lengths smaller");
+                return;
+            }
             self.edges(place, group, strand, line);
             self.vertices(place, group, line.len());
             if self.problems.len() > before {

@@ -10,16 +10,7 @@ use crate::hard::SceneRun;
 /// The cases of this group.
 #[must_use]
 pub fn cases() -> Vec<Case> {
-    vec![
-        drag::TWO_WAY,
-        drag::YIELD_STICK,
-        drag::TERMINAL_VELOCITY,
-        volume::VOLUME_FRACTION,
-        volume::POROUS_HYDROSTATIC,
-        volume::INCOMPRESSIBLE_LIMIT,
-        exchange::WETTING_MASS,
-        exchange::DIP_AND_PULL,
-    ]
+    vec![drag::TWO_WAY, volume::VOLUME_FRACTION, exchange::WETTING_MASS, exchange::DIP_AND_PULL]
 }
 
 /// Runs a scene that has to come to its end.

@@ -4,7 +4,6 @@ use nalgebra::Vector3;
 use particle_grid::{BlockGrid, Lattice, ParticleOrder};
 use runner::world::submersion::volume::{add_rates, add_shares};
 
-use super::{largest, whole};
 use crate::case::{Case, CaseError, Outcome, Param, Params};
 
 /// Shares of cells and their rate.
@@ -70,105 +69,5 @@ fn volume_fraction(p: &Params) -> Result<Outcome, CaseError> {
         .fold(0.0, f64::max);
     let why = "the rate is the difference of the shares following the liquid (second order in the step)";
     out.measure("rate_difference", difference / largest_rate, |x| x <= 1e-6, why);
-    Ok(out)
-}
-
-/// Liquid at rest among frozen strands.
-pub const POROUS_HYDROSTATIC: Case = Case {
-    id: "coupled/porous-hydrostatic",
-    about: "Water stands among frozen strands that take half the room: the pressure carries it as without them, nothing moves",
-    params: &[
-        Param::number("share", 0.5, "1", "share of the room that the strands take"),
-        Param::number("step", 2e-3, "s", "time step"),
-    ],
-    run: porous_hydrostatic,
-};
-
-fn porous_hydrostatic(p: &Params) -> Result<Outcome, CaseError> {
-    let (share, step) = (p.number_in("share", 0.0, 0.8)?, p.positive("step")?);
-    let (cell, across) = (0.01f64, 4);
-    let side = cell * f64::from(across);
-    // one strand per cell of the cross-section, frozen from end to end
-    let radius = cell * (share / std::f64::consts::PI).sqrt();
-    let mut strands = String::new();
-    for i in 0..across {
-        for k in 0..across {
-            let (x, z) = (cell * (f64::from(i) + 0.5) - 0.5 * side, cell * (f64::from(k) + 0.5) - 0.5 * side);
-            strands += &format!(
-                "(material: \"string\", radius: {radius:e}, shape: Straight(from: [{x:e}, -0.01, {z:e}], to: [{x:e}, 0.09, {z:e}], vertices: 21), clamp: [First(21)]),"
-            );
-        }
-    }
-    let half = 0.5 * side;
-    let text = format!(
-        "Scene(
-            units: Si, time: (end: {:e}, step: Fixed({step:e})), gravity: [0, -9.81, 0],
-            materials: {{ \"string\": Fibre(density: 1000, young_modulus: 1e7, poisson_ratio: 0.45), \"water\": Liquid(preset: \"water\") }},
-            strands: [{strands}],
-            solids: [(name: \"tank\", shape: Box(center: [0, 0.1, 0], half_size: [{half:e}, 0.1, {half:e}]), inverted: true)],
-            liquid: (cell: {cell:e}, particles_per_cell: 8, tanks: [(material: \"water\", shape: Box(center: [0, 0.03, 0], half_size: [{half:e}, 0.03, {half:e}]))]),
-            disable: [StrandContact, Capture],
-            output: (frames: Never, checkpoint: Never),
-        )",
-        20.0 * step
-    );
-    let run = whole(&text, "porous-hydrostatic.ron")?;
-    let mut out = Outcome::new();
-    let scale = (9.81 * cell).sqrt();
-    let why = "no current faster than 1e-3 of the speed of free fall through a cell";
-    out.measure("speed", largest(&run, "liquid_max_speed")? / scale, |x| x <= 1e-3, why);
-    out.info("solid_fraction", largest(&run, "solid_fraction_max")?);
-    // the pressure at the centres of the lowest cells, under a column as high as the water
-    let pressure = run.series.column("liquid_max_pressure")?;
-    out.compare("pressure", pressure[pressure.len() - 1], 1000.0 * 9.81 * (0.06 - 0.5 * cell), 0.05);
-    Ok(out)
-}
-
-/// Compressible liquids of rising stiffness.
-pub const INCOMPRESSIBLE_LIMIT: Case = Case {
-    id: "coupled/incompressible-limit",
-    about: "Strands are pushed into liquids of rising bulk modulus: the change of volume falls as one over the modulus",
-    params: &[
-        Param::number("softest", 1e4, "Pa", "smallest bulk modulus"),
-        Param::count("decades", 3, "decades of bulk modulus"),
-    ],
-    run: incompressible_limit,
-};
-
-fn incompressible_limit(p: &Params) -> Result<Outcome, CaseError> {
-    let (softest, decades) = (p.positive("softest")?, p.count_in("decades", 1, 6)?);
-    let mut out = Outcome::new();
-    let mut before: Option<f64> = None;
-    for k in 0..=decades {
-        let modulus = softest * 10f64.powi(k as i32);
-        let text = format!(
-            "Scene(
-                units: Si, time: (end: 0.04, step: Fixed(2e-3)), gravity: [0, -9.81, 0],
-                materials: {{
-                    \"string\": Fibre(density: 1000, young_modulus: 1e8, poisson_ratio: 0.45, viscosity: 1e4),
-                    \"liquid\": Liquid(density: 1000, bulk_modulus: {modulus:e}, shear_modulus: 0, flow: Rheometer(yield_stress: 0, consistency: 0.1, index: 1)),
-                }},
-                strands: [(material: \"string\", radius: 1e-3, shape: Straight(from: [0, 0.1, 0], to: [0, 0.045, 0], vertices: 12),
-                           clamp: [First(2)], motion: [Translate(by: [0, -0.02, 0], during: (0, 0.04), ease: Smooth)])],
-                solids: [(name: \"tank\", shape: Box(center: [0, 0.1, 0], half_size: [0.02, 0.1, 0.02]), inverted: true)],
-                liquid: (cell: 1e-2, particles_per_cell: 8, tanks: [(material: \"liquid\", shape: Box(center: [0, 0.02, 0], half_size: [0.02, 0.02, 0.02]))]),
-                disable: [StrandContact, Capture],
-                output: (frames: Never, checkpoint: Never),
-            )"
-        );
-        let run = whole(&text, "incompressible-limit.ron")?;
-        let change = run.series.column("liquid_min_volume_ratio")?.iter().fold(0.0f64, |m, j| m.max((1.0 - j).abs()));
-        out.info(&format!("volume_change_{k}"), change);
-        if let Some(before) = before {
-            let name = format!("falls_{k}");
-            out.measure(
-                &name,
-                before / change,
-                |x| x > 5.0 && x < 20.0,
-                "ten times stiffer: a tenth of the change, within two",
-            );
-        }
-        before = Some(change);
-    }
     Ok(out)
 }

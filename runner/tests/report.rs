@@ -41,7 +41,7 @@ fn a_whole_run_gets_a_page_that_needs_nothing_else() {
         "the page must not need a network"
     );
     assert!(html.contains("Swinging wisp &lt;test&gt;"));
-    assert_eq!(html.matches("data:image/png").count(), 7);
+    assert_eq!(html.matches("data:image/png").count(), 8);
     assert_eq!(html.matches("data:image/gif").count(), 1);
     for title in [
         "Energy",
@@ -68,7 +68,7 @@ fn ply_frames_serve_as_well() {
     synthetic::run_folder(dir.path(), 3, true);
     let out = dir.path().join("report.html");
     report::write(&[dir.path().to_owned()], &out).unwrap();
-    assert_eq!(fs::read_to_string(&out).unwrap().matches("data:image/png").count(), 5);
+    assert_eq!(fs::read_to_string(&out).unwrap().matches("data:image/png").count(), 6);
 }
 
 #[test]

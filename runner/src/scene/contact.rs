@@ -48,7 +48,7 @@ section! {
         solver: ContactSolver = [ContactSolver::Auto] () "";
         /// Natural-map residual, relative.
         tolerance: f64 = [1e-6] (Number, above(0.0).up_to(0.1)) "Smaller is slower; see the figure of error against tolerance.";
-        /// Iterations of Gauss–Seidel and ADMM (Newton takes a hundredth).
+        /// Iterations of Gauss–Seidel and ADMM (Newton takes a twentieth).
         max_iterations: usize = [2000] (Number, at_least(1.0).up_to(10_000_000.0)) "";
         /// How often the strands' forces are linearised anew within one step.
         relinearisations: usize = [1] (Number, at_least(1.0).up_to(100.0)) "More for large motions under contact; each costs a rod and a contact solve.";

@@ -160,7 +160,7 @@ impl ContactWorld {
             },
             tolerance: asked.tolerance,
             max_sweeps: asked.max_iterations,
-            max_newton_iterations: asked.max_iterations.div_ceil(100),
+            max_newton_iterations: asked.max_iterations.div_ceil(20),
             max_admm_iterations: asked.max_iterations,
             ..ContactSettings::default()
         };

@@ -154,7 +154,11 @@ impl Plan {
         let missing = |what, number: usize, help| NotThereYet { what, number, stage: STAGES[number].name, help };
         let planar = |liquid: &Liquid| liquid.dimensions == crate::scene::liquid::Dimensions::Two;
         if components.strands && scene.liquid.as_ref().is_some_and(planar) {
-            return Err(missing("strands in a liquid of two dimensions", 6, "leave `dimensions: Two` out, or the strands"));
+            return Err(missing(
+                "strands in a liquid of two dimensions",
+                6,
+                "leave `dimensions: Two` out, or the strands",
+            ));
         }
         let stages = STAGES
             .iter()

@@ -71,7 +71,9 @@ pub fn job(loaded: LoadedScene, threads: usize) -> Result<Job, PrepareError> {
     };
     let system: Box<dyn System> = match (&scene.microgel, &scene.yarn) {
         (_, Some(yarns)) => crate::yarn::system(&scene, yarns)?,
-        (Some(grains), None) => Box::new(MicrogelSystem::new(&microgel::settings(&scene, grains)?, grains.record_every)?),
+        (Some(grains), None) => {
+            Box::new(MicrogelSystem::new(&microgel::settings(&scene, grains)?, grains.record_every)?)
+        }
         (None, None) => Box::new(World::build(&scene, &plan, &expand(&scene)?)?),
     };
     Ok(Job {

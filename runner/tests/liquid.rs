@@ -213,7 +213,7 @@ fn parts_of_the_liquid_can_be_switched_off() {
     ];
     for (name, column) in off {
         let set = format!("disable=[{name}]");
-        let scene = load_str(DROP_3D, "drop.ron", &[set.clone()]).unwrap().scene;
+        let scene = load_str(DROP_3D, "drop.ron", std::slice::from_ref(&set)).unwrap().scene;
         let plan = Plan::for_scene(&scene).unwrap();
         assert!(plan.to_string().contains(&format!("off: {name}")), "{plan}");
         let runs = |stage: &str| plan.active().any(|active| active.name == stage);

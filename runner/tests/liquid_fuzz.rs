@@ -66,7 +66,11 @@ fn scene(draw: &mut Draw) -> String {
     let size = cell * draw.between(0.6, if plane { 6.0 } else { 2.5 });
     let speed = if draw.unit() < 0.3 { 0.0 } else { draw.decades(-2.0, 1.5) };
     let dt = draw.decades(-4.5, -1.7);
-    let step = if draw.unit() < 0.5 { format!("Fixed({dt:e})") } else { format!("Adaptive(max: {dt:e}, min: {:e})", dt / 20.0) };
+    let step = if draw.unit() < 0.5 {
+        format!("Fixed({dt:e})")
+    } else {
+        format!("Adaptive(max: {dt:e}, min: {:e})", dt / 20.0)
+    };
     let shape = draw
         .one_of(&["Sphere(center: [0, 0, 0], radius: SIZE)", "Box(center: [0, 0, 0], half_size: [SIZE, SIZE, SIZE])"]);
     let floor = match draw.next() % 4 {

@@ -3,10 +3,14 @@
 use rayon::prelude::*;
 
 /// Cases that miss their target today, with the figure reached. They must fail: one that passes leaves this list.
-const OPEN: &[(&str, &str)] = &[(
-    "hard/jammed",
-    "kinetic energy 12 times that of the drive: whether friction lets go what is bent or adds energy is not told yet",
-)];
+const OPEN: &[(&str, &str)] = &[
+    ("hard/curl-release", "one accepted step has a residual 10 times its tolerance"),
+    (
+        "hard/jammed",
+        "kinetic energy 12 times that of the drive: release or energy added by friction is not told apart yet",
+    ),
+    ("hard/liquid-coincident", "a third of the particles that start in one place still share it at the end"),
+];
 
 /// Runs all cases of a group, and tells every failure at once.
 fn group(name: &str) {

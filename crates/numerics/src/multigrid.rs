@@ -439,7 +439,8 @@ mod tests {
     #[test]
     #[ignore = "two million unknowns: run by hand to see the scaling"]
     fn iterations_at_one_hundred_and_twenty_eight_cubed() {
-        let counts: Vec<usize> = [32, 64, 128].iter().map(|&n| iterations(&system::<3>(n, 0.0, dam, |_| 1.0))).collect();
+        let counts: Vec<usize> =
+            [32, 64, 128].iter().map(|&n| iterations(&system::<3>(n, 0.0, dam, |_| 1.0))).collect();
         println!("iterations at 32³, 64³, 128³: {counts:?}");
         assert!(counts.iter().all(|&c| c <= 15) && counts[2] <= counts[0] + 3, "{counts:?}");
     }

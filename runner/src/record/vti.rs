@@ -31,7 +31,7 @@ impl Lattice {
     /// The inverse of [`Lattice::numbers`]; nothing where they are no lattice.
     pub fn from_numbers(v: &[f64]) -> Option<Lattice> {
         let [x, y, z, spacing, nx, ny, nz] = *v else { return None };
-        let count = |n: f64| (n >= 0.0 && n < 1e7 && n.fract() == 0.0).then_some(n as u32);
+        let count = |n: f64| ((0.0..1e7).contains(&n) && n.fract() == 0.0).then_some(n as u32);
         Some(Lattice { origin: [x, y, z], spacing, counts: [count(nx)?, count(ny)?, count(nz)?] })
     }
 }

@@ -140,7 +140,11 @@ impl System for World {
                 submersion::measure::columns(&mut columns);
             }
             let name = if self.liquid.is_some() { "total_liquid_mass_defect" } else { "liquid_mass_defect" };
-            columns.push(Column::new(name, "1", "liquid on strands and in bulk that the books do not account for, relative"));
+            columns.push(Column::new(
+                name,
+                "1",
+                "liquid on strands and in bulk that the books do not account for, relative",
+            ));
         }
         columns
     }

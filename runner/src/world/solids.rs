@@ -63,9 +63,12 @@ pub fn mesh_unit(scene: &Scene) -> f64 {
 pub fn describe(volume: &Volume, mesh_unit: f64) -> ShapeDescription {
     match volume {
         Volume::Sphere(s) => ShapeDescription::Sphere { center: s.center, radius: s.radius },
-        Volume::Box(b) => {
-            ShapeDescription::Box { center: b.center, half_extents: b.half_size, rotation: b.rotate, rounding: b.rounding }
-        }
+        Volume::Box(b) => ShapeDescription::Box {
+            center: b.center,
+            half_extents: b.half_size,
+            rotation: b.rotate,
+            rounding: b.rounding,
+        },
         Volume::Cylinder(c) => ShapeDescription::Cylinder {
             center: c.center,
             axis: Axis::Along(c.axis.0),

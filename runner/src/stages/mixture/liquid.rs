@@ -70,7 +70,8 @@ pub fn shear_again(world: &mut World, step: Step) -> Result<(), Rejection> {
         if state.particles.is_empty() || !flow.settings.pressure.enabled {
             return Ok(());
         }
-        if !(flow.resists && flow.settings.shear.after_pressure) && !flow.coupling.acts_on_momentum() {
+        let resists_again = flow.resists && flow.settings.shear.after_pressure;
+        if !resists_again && !flow.coupling.acts_on_momentum() {
             pressure_solve::correct_velocities(&mut flow.grid, step.dt);
             return Ok(());
         }

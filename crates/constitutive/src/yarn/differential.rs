@@ -26,15 +26,19 @@ impl YarnLaw {
     /// Prepares `δF ↦ δP` at `deformation` (corrected law).
     #[must_use]
     pub fn tangent<const D: usize>(&self, deformation: &SMatrix<f64, D, D>) -> StressTangent<D> {
-        self.flow_tangent(deformation, &FlowLimits::ELASTIC)
+        self.flow_tangent(deformation, &FlowLimits::ELASTIC, false)
     }
 
     /// Prepares the differential of [`YarnLaw::flow_stress`] at `deformation`.
+    ///
+    /// `secant`: for flowing shear take stress over shear in place of its derivative, which is zero along the flow. The quadratic
+    /// potential with this curvature lies above the true one, so that a Newton step with it does not overshoot.
     #[must_use]
     pub fn flow_tangent<const D: usize>(
         &self,
         deformation: &SMatrix<f64, D, D>,
         limits: &FlowLimits,
+        secant: bool,
     ) -> StressTangent<D> {
         let frame = YarnFrame::new(deformation);
         let response = SectionResponse::new::<D>(self, &frame.section, limits.shape);
@@ -58,7 +62,7 @@ impl YarnLaw {
             frame,
             stretch_modulus: self.stretch_modulus,
             shear_modulus: self.shear_modulus * keep,
-            flow: flows.then(|| frame.shear.map(|r| r / shear)),
+            flow: (flows && !secant).then(|| frame.shear.map(|r| r / shear)),
             slope: response.slope,
             curvature: response.curvature,
             difference,

@@ -13,8 +13,8 @@
 //!
 //! Friction acts inside the solve: the potential is that of `constitutive::yarn::FlowLimits`, whose stress is that of the return map at the
 //! pressure of the last iterate, and slipping nodes feel the impulse that their reaction allows. So a long step rubs as much
-//! as many short ones. Reactions and pressures are renewed until they agree with the solution; after [`FLOW_ITERATIONS`] and [`MAX_ROUNDS`] they
-//! stay, and what is left is a smooth minimisation that cannot fail to descend.
+//! as many short ones. Reactions and pressures are renewed until they agree with the solution; after [`FLOW_ITERATIONS`], [`FLOW_ROUNDS`] and [`MAX_ROUNDS`]
+//! they stay, and what is left is a smooth minimisation that cannot fail to descend.
 //!
 //! ```text
 //! contact ── candidate nodes, active set, projection, friction
@@ -80,7 +80,11 @@ pub(crate) struct ImplicitScratch<const D: usize> {
 /// Rounds of contacts and friction before the last one is taken as it is.
 const MAX_ROUNDS: usize = 24;
 /// Newton iterations of a round in which the limits of plastic flow follow the pressure; afterwards they stay.
-const FLOW_ITERATIONS: usize = 8;
+const FLOW_ITERATIONS: usize = 4;
+/// Rounds in which they do.
+const FLOW_ROUNDS: usize = 8;
+/// Newton iterations with secants of the flowing shear after one that overshot.
+const CAREFUL: usize = 3;
 /// Share of its scale to which a round is solved while contacts and friction still change.
 const LOOSE: f64 = 0.03;
 /// Halvings of a Newton direction.
@@ -139,8 +143,9 @@ pub(crate) fn solve<const D: usize>(
     let mut converged = false;
     // Rounds with the same contacts: how many there were, Newton iterations in this one, how well it must be solved.
     let (mut rounds, mut iterations, mut wanted) = (0, 0, LOOSE.max(implicit.tolerance));
+    let mut careful = 0;
     while iterations < implicit.max_newton {
-        operator.gradient(work, iterations <= FLOW_ITERATIONS && rounds < MAX_ROUNDS);
+        operator.gradient(work, iterations <= FLOW_ITERATIONS && rounds < FLOW_ROUNDS);
         work.left.clone_from(&work.residual);
         contacts.slipping(|node, impulse| work.left[node] -= impulse);
         contacts.project(&mut work.left);
@@ -177,7 +182,8 @@ pub(crate) fn solve<const D: usize>(
                 continue;
             }
         }
-        operator.linearise(work);
+        operator.linearise(work, careful > 0);
+        careful = usize::saturating_sub(careful, 1);
         // Inexact Newton: solve just well enough for the convergence to stay superlinear.
         let forcing = outcome.residual.sqrt().min(0.1).max(0.1 * implicit.tolerance);
         outcome.cg += conjugate_gradients(&mut operator, work, &contacts, forcing, implicit.max_cg);
@@ -196,12 +202,16 @@ pub(crate) fn solve<const D: usize>(
         for _ in 0..MAX_HALVINGS {
             vector::combine(&mut work.trial, &work.velocity, share, &work.direction);
             let next = operator.potential_of_trial(work) - rubbed(&work.trial);
-            let noise = 1e-13 * potential.abs();
+            // Near the solution the potential falls by less than its rounding.
+            let noise = 1e-11 * potential.abs();
             if next <= potential + 1e-4 * share * slope + noise {
                 accepted = true;
                 break;
             }
             share *= 0.5;
+        }
+        if share < 1.0 {
+            careful = CAREFUL;
         }
         if !accepted {
             break;

@@ -150,8 +150,8 @@ impl<const D: usize> Operator<'_, D> {
         }
     }
 
-    /// Prepares the stress tangents at `work.velocity` (configured by the last gradient).
-    pub fn linearise(&mut self, work: &mut ImplicitScratch<D>) {
+    /// Prepares the stress tangents at `work.velocity` (configured by the last gradient); with `secant` those of flowing shear do not overshoot.
+    pub fn linearise(&mut self, work: &mut ImplicitScratch<D>, secant: bool) {
         let model = self.setting.model;
         work.tangents.resize(model.len(), None);
         let (deformation, limits) = (&work.deformation, &work.limits);
@@ -160,7 +160,7 @@ impl<const D: usize> Operator<'_, D> {
                 let i = chunk * CHUNK + k;
                 *tangent = model.has_segment(i).then(|| {
                     let law = &model.materials[model.material[i] as usize].law;
-                    law.flow_tangent(&deformation[i], limits.get(i).unwrap_or(&FlowLimits::ELASTIC))
+                    law.flow_tangent(&deformation[i], limits.get(i).unwrap_or(&FlowLimits::ELASTIC), secant)
                 });
             }
         });

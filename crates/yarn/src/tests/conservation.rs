@@ -87,10 +87,12 @@ fn rise_from_a_random_state<const D: usize>(material: YarnMaterial, seed: u64, s
         let f = state.deformation[i];
         state.deformation[i] += f * kick;
         state.position[i] += noise.vector::<D>() * 5e-4;
-        if system.model().has_segment(i) && i > 0 && system.model().has_segment(i - 1) {
-            let (a, b) = (system.state().position[i - 1], system.state().position[i]);
-            let rest = system.model().rest_length[i - 1];
-            system.state_mut().deformation[i - 1].set_column(0, &((b - a) / rest));
+    }
+    for i in 0..system.model().len() {
+        if system.model().has_segment(i) {
+            let edge = system.state().position[i + 1] - system.state().position[i];
+            let rest = system.model().rest_length[i];
+            system.state_mut().deformation[i].set_column(0, &(edge / rest));
         }
     }
     // The random state may lie outside the cones: the first step projects it.
@@ -113,12 +115,12 @@ fn energy_with_plastic_flow_never_rises_beyond_first_order() {
     for (k, material) in materials().into_iter().enumerate() {
         for seed in 0..3 {
             let seed = 100 * k as u64 + seed;
-            let (coarse, kept) = rise_from_a_random_state::<2>(material, seed, 0.5, 60);
-            let (fine, _) = rise_from_a_random_state::<2>(material, seed, 0.125, 240);
-            assert!(coarse < 1e-2 && kept < 1.0, "{material:?} {seed}: {coarse:e} {kept}");
+            let (coarse, kept) = rise_from_a_random_state::<2>(material, seed, 0.5, 100);
+            let (fine, _) = rise_from_a_random_state::<2>(material, seed, 0.125, 400);
+            assert!(coarse < 5e-3 && kept < 1.0, "{material:?} {seed}: {coarse:e} {kept}");
             assert!(fine < (0.25 * coarse).max(1e-9), "{material:?} {seed}: {fine:e} {coarse:e}");
             let (coarse, kept) = rise_from_a_random_state::<3>(material, seed, 0.5, 30);
-            assert!(coarse < 1e-2 && kept < 1.0, "{material:?} {seed} in space: {coarse:e} {kept}");
+            assert!(coarse < 5e-3 && kept < 1.0, "{material:?} {seed} in space: {coarse:e} {kept}");
         }
     }
 }

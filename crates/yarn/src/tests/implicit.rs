@@ -86,6 +86,8 @@ fn contact_lets_go_and_rubs() {
     let line = YarnShape::Line { from: vec![0.4, 0.52], to: vec![0.6, 0.52] };
     let mut scene = implicit(settings::<2>(vec![YarnGroup { velocity: vec![0.5, 0.0], ..YarnGroup::new(line) }]), 1e-5);
     scene.gravity = vec![0.0, -9.8];
+    // Rougher inside than the plane: otherwise it would shear instead of sliding.
+    scene.materials.insert("yarn".to_owned(), YarnMaterial { friction: 1.0, ..YarnMaterial::default() });
     scene.obstacles = vec![ObstacleSettings {
         shape: ShapeDescription::HalfSpace { point: Vector3::new(0.0, 0.5, 0.0), normal: Vector3::y() },
         motion: Motion::default(),
@@ -113,12 +115,14 @@ fn contact_lets_go_and_rubs() {
     assert!(height > 0.5 + 0.8 * rise, "{height}");
 }
 
-/// A yarn drawn slowly over a plane, stretched by friction: the mean pull in steady sliding over its weight.
+/// A yarn drawn slowly over a plane: friction over normal force on the plane in steady sliding.
 fn drawn_over_a_plane(dt: f64, friction: f64) -> f64 {
-    let line = YarnShape::Line { from: vec![0.3, 0.505], to: vec![0.6, 0.505] };
-    let mut scene = implicit(settings::<2>(vec![YarnGroup::new(line)]), 1e-5);
+    let line = YarnShape::Line { from: vec![0.3, 0.505], to: vec![0.5, 0.505] };
+    let mut scene = implicit(settings::<2>(vec![YarnGroup::new(line)]), 1e-4);
     scene.gravity = vec![0.0, -9.8];
-    let material = YarnMaterial { stretch_modulus: 1e4, friction: 3.0, bending: Bending::None, ..YarnMaterial::default() };
+    // Rougher inside than the plane, so that it slides as a whole.
+    let material =
+        YarnMaterial { stretch_modulus: 1e4, friction: 2.0, bending: Bending::None, ..YarnMaterial::default() };
     scene.materials.insert("yarn".to_owned(), material);
     scene.obstacles = vec![ObstacleSettings {
         shape: ShapeDescription::HalfSpace { point: Vector3::new(0.0, 0.5, 0.0), normal: Vector3::y() },
@@ -126,28 +130,27 @@ fn drawn_over_a_plane(dt: f64, friction: f64) -> f64 {
         friction,
         restitution: 0.0,
     }];
-    let glide = serde_json::from_str(r#"[{"Translate": {"by": [0.02, 0.0, 0.0], "during": [0.1, 0.5]}}]"#).unwrap();
+    let glide = serde_json::from_str(r#"[{"Translate": {"by": [0.01, 0.0, 0.0], "during": [0.05, 0.25]}}]"#).unwrap();
     scene.drives = vec![Drive { yarn: 0, vertex: -1, motion: glide }];
     let mut system: YarnSystem<2> = build(&scene);
-    let weight = system.model().total_mass() * 9.8;
-    let (mut pull, mut count) = (0.0, 0.0);
-    while system.state().time < 0.5 - 0.5 * dt {
+    let (mut along, mut normal) = (0.0, 0.0);
+    while system.state().time < 0.25 - 0.5 * dt {
         let report = system.advance(dt).unwrap();
-        // The end that is led is not of interest for its weight.
-        if system.state().time > 0.3 {
-            pull -= report.drive_force[0][0];
-            count += 1.0;
+        if system.state().time > 0.15 {
+            along += report.obstacle_force[0][0];
+            normal -= report.obstacle_force[0][1];
         }
     }
-    pull / count / weight
+    along / normal
 }
 
 #[test]
 fn long_steps_rub_as_much_as_short_ones() {
+    // Friction after the solve can only stop a node: in long steps most of what a static load asks for would be missing.
     for friction in [0.1, 0.5] {
         for dt in [4e-3, 1e-3, 2.5e-4] {
             let measured = drawn_over_a_plane(dt, friction);
-            assert!((measured / friction - 1.0).abs() < 0.03, "{friction} at {dt}: {measured}");
+            assert!((measured / friction - 1.0).abs() < 0.02, "{friction} at {dt}: {measured}");
         }
     }
 }
@@ -156,10 +159,10 @@ fn long_steps_rub_as_much_as_short_ones() {
 fn sliding_layers(dt: f64, friction: f64) -> f64 {
     let cell = 1.0 / 64.0;
     let layer = |y: f64, speed: f64| {
-        let line = YarnShape::Line { from: vec![0.3, 0.5 + y * cell], to: vec![0.6, 0.5 + y * cell] };
+        let line = YarnShape::Line { from: vec![0.3, 0.5 + y * cell], to: vec![0.45, 0.5 + y * cell] };
         YarnGroup { velocity: vec![speed, 0.0], ..YarnGroup::new(line) }
     };
-    let mut scene = implicit(settings::<2>(vec![layer(0.5, 0.0), layer(1.5, 0.3), layer(2.5, 0.3)]), 1e-5);
+    let mut scene = implicit(settings::<2>(vec![layer(0.5, 0.0), layer(1.5, 0.3), layer(2.5, 0.3)]), 1e-4);
     scene.gravity = vec![0.0, -9.8];
     let material = YarnMaterial { friction, bending: Bending::None, ..YarnMaterial::default() };
     scene.materials.insert("yarn".to_owned(), material);
@@ -178,6 +181,8 @@ fn sliding_layers(dt: f64, friction: f64) -> f64 {
 
 #[test]
 fn yarns_rub_each_other_alike_in_long_and_short_steps() {
+    // Two thirds of the mass at 0.3 m/s, slowed by 0.1 g for 0.1 s; elastic trial stresses within the step would stop them far sooner.
     let (long, short) = (sliding_layers(2e-3, 0.1), sliding_layers(2.5e-4, 0.1));
-    assert!((long - short).abs() < 0.02, "{long} {short}");
+    assert!((long - short).abs() < 0.1 * short, "{long} {short}");
+    assert!((0.12..0.14).contains(&short), "{short}");
 }

@@ -42,6 +42,8 @@ pub(super) struct Change {
     pub switched: usize,
     /// Mass norm of the change of all friction impulses.
     pub friction: f64,
+    /// Mass norm of the friction impulses themselves.
+    pub size: f64,
 }
 
 /// A node with its contacts, in the order in which the explicit step applies them.
@@ -147,6 +149,9 @@ impl<const D: usize> Contacts<D> {
                     let (turned, moved) = contact.rub_anew(&v, &r);
                     switched += usize::from(turned);
                     change.friction += moved / m;
+                    if let Rub::Slip(impulse) = &contact.rub {
+                        change.size += impulse.norm_squared() / m;
+                    }
                 }
             }
             if switched > 0 {
@@ -155,6 +160,7 @@ impl<const D: usize> Contacts<D> {
             }
         }
         change.friction = change.friction.sqrt();
+        change.size = change.size.sqrt();
         change
     }
 

@@ -83,6 +83,8 @@ const MAX_ROUNDS: usize = 24;
 const FLOW_ITERATIONS: usize = 4;
 /// Rounds in which they do.
 const FLOW_ROUNDS: usize = 8;
+/// Part of the friction impulses to which they are found.
+const FRICTION_ACCURACY: f64 = 3e-3;
 /// Newton iterations with secants of the flowing shear after one that overshot.
 const CAREFUL: usize = 3;
 /// Share of its scale to which a round is solved while contacts and friction still change.
@@ -162,19 +164,19 @@ pub(crate) fn solve<const D: usize>(
             if rounds < MAX_ROUNDS {
                 change = contacts.update(&work.velocity, &work.residual, &work.mass);
             }
-            let exact = size <= implicit.tolerance * scale || size <= noise;
+            // Where a stiff yarn makes the scale large, friction itself sets what is good enough.
+            let mut target = implicit.tolerance * scale;
+            if change.size > 0.0 {
+                target = target.min(FRICTION_ACCURACY * change.size);
+            }
             let changed = change.switched > 0 || change.friction > 0.0;
-            if exact && change.switched == 0 && change.friction <= implicit.tolerance * scale + noise {
+            if change.switched == 0 && size <= target.max(noise) && change.friction <= target.max(noise) {
                 converged = true;
                 break;
             }
             // While contacts switch a rough solution shows which; then each round is solved ten times better than friction has moved.
-            let rough = LOOSE.max(implicit.tolerance);
-            wanted = if change.switched > 0 {
-                rough
-            } else {
-                (0.1 * change.friction / scale).clamp(implicit.tolerance, rough)
-            };
+            let rough = LOOSE * scale;
+            wanted = (if change.switched > 0 { rough } else { (0.1 * change.friction).min(rough).max(target) }) / scale;
             if changed {
                 rounds += 1;
                 iterations = 0;

@@ -39,7 +39,8 @@ impl Validate {
             for case in &cases {
                 println!("{}\n    {}", case.id, case.about);
                 for param in case.params {
-                    println!("    --set {}={:?} [{}]  {}", param.name, param.default, param.unit, param.meaning);
+                    let unit = if param.unit == "1" { String::new() } else { format!(" [{}]", param.unit) };
+                    println!("    --set {}={}{unit}  {}", param.name, param.default, param.meaning);
                 }
             }
             return Ok(Exit::Done);

@@ -3,7 +3,7 @@
 use geometry::{Ease, Motion, ShapeDescription, Vector3, motion::Movement};
 use std::path::Path;
 
-use yarn::settings::{Drive, ObstacleSettings};
+use yarn::settings::{Drive, ImplicitSettings, Integrator, ObstacleSettings};
 use yarn::{YarnGroup, YarnMaterial, YarnShape, YarnSystem};
 
 use super::setup::{CELL, material, plane};
@@ -25,6 +25,7 @@ pub const CASE: Case = Case {
         Param::number("time", 0.24, "s", "time of the experiment"),
         Param::flag("sweep", false, "measure coefficients from 0.05 to 1 as well"),
         Param::number("compression", 0.01, "1", "share by which the plates close"),
+        Param::number("implicit_step", 0.0, "s", "implicit steps of this length; 0: explicit steps"),
     ],
     run,
 };
@@ -40,8 +41,9 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     let mut out = Outcome::new();
     let section = p.number_in("section_friction", 0.0, 10.0)?;
     let time = p.number_in("time", 0.1, 10.0)?;
+    let implicit = p.number_in("implicit_step", 0.0, 0.01)?;
     let pull = |friction: f64, compression: f64| {
-        let set = Set { friction, compression, section, time };
+        let set = Set { friction, compression, section, time, implicit };
         if dimension == 2 { pull::<2>(&set) } else { pull::<3>(&set) }
     };
     let (force, load) = pull(friction, compression)?;
@@ -76,11 +78,13 @@ struct Set {
     compression: f64,
     section: f64,
     time: f64,
+    /// Implicit step [s], or zero.
+    implicit: f64,
 }
 
 /// Mean force of the pull in its last quarter, and mean load of a plate [N/m; N in space].
 fn pull<const D: usize>(set: &Set) -> Result<(f64, f64), CaseError> {
-    let Set { friction, compression, section, time } = *set;
+    let Set { friction, compression, section, time, implicit } = *set;
     let point = |x: f64, y: f64, z: f64| {
         let place = [0.5 + x * CELL, 0.5 + y * CELL, 0.5 + z * CELL];
         place[..D].to_vec()
@@ -135,13 +139,19 @@ fn pull<const D: usize>(set: &Set) -> Result<(f64, f64), CaseError> {
             ],
         },
     }];
+    let mut step_length = 2e-4;
+    if implicit > 0.0 {
+        step_length = implicit;
+        settings.step.integrator = Integrator::Implicit(ImplicitSettings::default());
+    }
     let mut system = YarnSystem::<D>::build(&settings, Path::new(".")).map_err(CaseError::failed)?;
-    let steps = (time / 2e-4) as usize;
+    let steps = (time / step_length) as usize;
+    let kept = 0.996f64.powf(step_length / 2e-4);
     let (mut force, mut load, mut count) = (0.0, 0.0, 0.0);
     for step in 0..steps {
-        let report = system.advance(2e-4).map_err(CaseError::failed)?;
+        let report = system.advance(step_length).map_err(CaseError::failed)?;
         for v in &mut system.state_mut().velocity {
-            *v *= 0.996;
+            *v *= kept;
         }
         if 4 * step > 3 * steps {
             force -= report.drive_force[0][0];

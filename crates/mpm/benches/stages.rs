@@ -113,7 +113,7 @@ fn stages(c: &mut Criterion) {
             b.iter(|| {
                 single.install(|| {
                     pressure.build(&grid, dt, &settings.pressure);
-                    pressure.solve(&mut grid, None, dt, true, &settings.pressure).unwrap()
+                    pressure.solve(&mut grid, None, dt, &settings.pressure).unwrap()
                 })
             });
         });

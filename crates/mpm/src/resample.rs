@@ -53,6 +53,7 @@ pub struct ResampleReport {
 /// Scratch of the stage.
 #[derive(Clone, Debug, Default)]
 pub struct ResampleScratch<const D: usize> {
+    radius: Vec<f64>,
     shift: Vec<Vector<D>>,
     twist: Vec<Tensor<D>>,
     gone: Vec<bool>,
@@ -312,11 +313,14 @@ fn spread<const D: usize>(
     // Weight of a neighbour at the spacing of the sub-lattice, whose square over that of the range is that of unit volume.
     let regular = (1.0 - 0.25 / radius::<D>(1.0).powi(2)).max(0.0).powi(3) * (1.0 + 1e-9);
     let n = particles.len();
+    scratch.radius.clear();
+    scratch.radius.extend((0..n).map(|p| radius::<D>(particles.volume(p))));
     scratch.shift.clear();
     scratch.shift.resize(n, Vector::zeros());
     scratch.twist.clear();
     scratch.twist.resize(n, Tensor::zeros());
     let view = &*particles;
+    let radii = &scratch.radius;
     let shifts = grid.order.split(&mut scratch.shift);
     let twists = grid.order.split(&mut scratch.twist);
     let is_interior = |x: &Vector<D>| {
@@ -337,15 +341,16 @@ fn spread<const D: usize>(
                 }
                 for p in grid.order.cell_range(rank, cell) {
                     let x = view.position[p];
-                    let own = radius::<D>(view.volume(p));
+                    let own = radii[p];
+                    let reach = (2.5 * own).min(lattice.dx);
                     let (mut shift, mut twist) = (Vector::<D>::zeros(), Tensor::<D>::zeros());
-                    for_near(grid, &x, (2.5 * own).min(lattice.dx), |q| {
-                        if q == p {
-                            return;
-                        }
+                    for_near(grid, &x, reach, |q| {
                         let d = lattice.displacement(&x, &view.position[q]);
                         let r2 = d.norm_squared();
-                        let other = radius::<D>(view.volume(q));
+                        if r2 >= reach * reach || q == p {
+                            return;
+                        }
+                        let other = radii[q];
                         // Both of a pair must find each other: the range is symmetric and within the search of both.
                         let range = (2.0 * (own * other).sqrt()).min(2.5 * own.min(other)).min(lattice.dx);
                         if r2 >= range * range || !is_interior(&view.position[q]) {

@@ -73,6 +73,9 @@ pub struct PressureSettings {
     pub enabled: bool,
     /// Smallest distance of the free surface from a cell centre, in cells [1]; keeps the equation definite.
     pub ghost_floor: f64,
+    /// Solve for the pressure of the free motion first, so that the shear solve knows what the pressure will balance. Without it,
+    /// walls that hold the liquid drag on its free fall and liquid at rest creeps by up to `g dt`.
+    pub predict: bool,
     /// Share of a cell that liquid must fill for the cell to count as liquid [1], 0 to 1; one half puts the surface where the
     /// volume says.
     pub liquid_threshold: f64,
@@ -87,6 +90,7 @@ impl Default for PressureSettings {
         Self {
             enabled: true,
             ghost_floor: 0.01,
+            predict: true,
             liquid_threshold: 0.5,
             project_last: false,
             multigrid: MultigridSettings::default(),

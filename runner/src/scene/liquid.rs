@@ -89,11 +89,12 @@ choice! {
 choice! {
     /// The matrix of the shear solve.
     pub enum ShearTangent {
-        /// Symmetrised consistent tangent, with the safe one where it breaks down.
+        /// Symmetrised consistent tangent, with the safe one where it breaks down; iterated, at most four times, where the flow changes
+        /// so much within a step that one linearisation could overshoot.
         Symmetric;
-        /// Positive semidefinite always.
+        /// Positive semidefinite always; iterated likewise.
         Safe;
-        /// Newton iterations on the exact balance.
+        /// As `Symmetric` with up to twelve Newton iterations.
         Newton;
     }
 }
@@ -129,6 +130,8 @@ section! {
         tolerance: f64 = [1e-8] (Number, above(0.0).up_to(0.1)) "Larger lets the volume drift.";
         /// Iterations of the conjugate gradients.
         max_iterations: usize = [1000] (Number, at_least(1.0).up_to(1_000_000.0)) "";
+        /// Finds the pressure of the free motion before shear is solved for, so that walls do not drag on liquid at rest.
+        prediction: bool = [true] () "Off saves a few pressure iterations; liquid that sticks to walls then creeps at up to g dt.";
         /// Projects once more at the end of the step.
         final_projection: bool = [false] () "";
     }

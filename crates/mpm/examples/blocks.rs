@@ -38,6 +38,7 @@ fn main() {
     let mut s = LiquidSettings { particles_per_axis: 3, ..Default::default() };
     if has("nopressure") { s.pressure.enabled = false; }
     if has("particles") { s.shear.operator = ShearOperator::Particles; }
+    if has("cells") { s.shear.operator = ShearOperator::CellQuadrature; }
     if has("definite") { s.shear.tangent = Tangent::PositiveDefinite; }
     if has("newton1") { s.shear.newton_iterations = 1; }
     if has("newton12") { s.shear.newton_iterations = 12; s.shear.newton_tolerance = 1e-6; }
@@ -56,7 +57,7 @@ fn main() {
             println!("{:.4} kin {:.3e} el {:.3e} sum {:.4e} vmax {:.3e} am {:.3e}", k as f64 * dt, t.kinetic_energy, t.elastic_energy, t.kinetic_energy + t.elastic_energy, t.max_speed, t.angular_momentum[0]);
         }
         match st.advance(&mut p, &materials, &none, &none, &body, dt, k as u64, &s) {
-            Ok(r) => if has("verbose") { println!("  {:?} newton {} res {:.1e} its {} fell {} rel {}", r.shear.solve.status, r.shear.newton_iterations, r.shear.nonlinear_residual, r.shear.solve.iterations, r.shear.fell_back, r.released) },
+            Ok(r) => if has("verbose") { println!("  {:?} newton {} res {:.1e} its {} fell {} rel {}", r.shear.solve.status, r.shear.newton_iterations, r.shear.nonlinear_residual, r.shear.solve.iterations, r.shear.fell_back, r.rounds) },
             Err(e) => { println!("error at {k}: {e}"); break; }
         }
     }

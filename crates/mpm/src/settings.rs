@@ -8,10 +8,13 @@ use serde::{Deserialize, Serialize};
 /// Where the shear operator takes its material from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ShearOperator {
+    /// Points in cells where the step is short enough against the elastic waves for them to be safe, particles elsewhere: see
+    /// [`crate::shear_solve::SAFE_STIFFNESS`].
+    #[default]
+    Automatic,
     /// Every product goes through every particle: the reference.
     Particles,
     /// Tangents are summed once per solve into `2^D` points a cell; products cost some tens of times less.
-    #[default]
     CellQuadrature,
 }
 

@@ -88,6 +88,8 @@ pub struct ShearState<const D: usize> {
     pub tangent: Vec<PointTangent<D>>,
     /// Whether any particle has a geometric part, so that the operator may be indefinite.
     pub may_be_indefinite: bool,
+    /// Largest ratio of the elastic tangent to the density [m²/s²]: twice the square of the fastest shear wave.
+    pub wave: f64,
 }
 
 /// Stress carried back to no motion, `τ f^{-T} − dt L[g]` [Pa], and tangent `L` of one particle whose velocity gradient is
@@ -168,6 +170,8 @@ struct Task<'a, const D: usize> {
     start: usize,
     stress: &'a mut [Tensor<D>],
     tangent: &'a mut [PointTangent<D>],
+    /// Largest tangent over density so far.
+    wave: f64,
 }
 
 impl<const D: usize> Task<'_, D> {
@@ -188,6 +192,10 @@ impl<const D: usize> Task<'_, D> {
         .map_err(|source| LiquidError::Deformation { id: particles.id[p], source })?;
         self.stress[k] = stress;
         self.tangent[k] = tangent;
+        let material = &self.materials[particles.material[p] as usize];
+        if material.law.is_shear_elastic() {
+            self.wave = self.wave.max(tangent.isotropic / material.density);
+        }
         Ok(())
     }
 
@@ -250,6 +258,7 @@ impl<const D: usize> Task<'_, D> {
             (wide::parts(isotropic * damped), wide::parts(geometric * damped), wide::parts(dyadic * damped));
         let elastic = wide::parts(two * mu_hat);
         for i in 0..4 {
+            self.wave = self.wave.max(isotropic[i] / material.density);
             self.tangent[k + i] = PointTangent {
                 deviator: out[i],
                 isotropic: isotropic[i],
@@ -264,9 +273,9 @@ impl<const D: usize> Task<'_, D> {
 }
 
 impl<const D: usize> LaneKernel for Task<'_, D> {
-    type Output = Result<(), LiquidError>;
+    type Output = Result<f64, LiquidError>;
     #[inline(always)]
-    fn run<L: Lane<Memory = F4>>(mut self) -> Result<(), LiquidError> {
+    fn run<L: Lane<Memory = F4>>(mut self) -> Result<f64, LiquidError> {
         let n = self.stress.len();
         let particles = self.particles;
         // The law of the last group, in lanes.
@@ -295,7 +304,8 @@ impl<const D: usize> LaneKernel for Task<'_, D> {
             }
             k += 4;
         }
-        (k..n).try_for_each(|k| self.alone(k))
+        (k..n).try_for_each(|k| self.alone(k))?;
+        Ok(self.wave)
     }
 }
 
@@ -315,14 +325,16 @@ impl<const D: usize> ShearState<D> {
         let n = particles.len();
         self.stress.resize(n, Tensor::zeros());
         self.tangent.resize(n, PointTangent::zero());
-        self.stress
+        self.wave = self
+            .stress
             .par_chunks_mut(CHUNK)
             .zip(self.tangent.par_chunks_mut(CHUNK))
             .enumerate()
             .map(|(chunk, (stress, tangent))| {
-                dispatch(Task { particles, materials, gradients, dt, kind, start: chunk * CHUNK, stress, tangent })
+                let start = chunk * CHUNK;
+                dispatch(Task { particles, materials, gradients, dt, kind, start, stress, tangent, wave: 0.0 })
             })
-            .reduce(|| Ok(()), Result::and)?;
+            .reduce(|| Ok(0.0), |a, b| Ok(f64::max(a?, b?)))?;
         self.may_be_indefinite = kind == Tangent::Symmetric && materials.iter().any(|m| m.law.is_shear_elastic());
         Ok(())
     }

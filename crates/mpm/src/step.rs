@@ -38,6 +38,8 @@ pub struct StepReport {
     pub shear_again: Option<ShearReport>,
     /// Final projection, where there was one.
     pub projection: Option<PressureReport>,
+    /// Rounds of shear and pressure after the first.
+    pub rounds: usize,
     /// Deformation of the particles.
     pub deformation: DeformationReport,
     /// Particles in no liquid cell whose volume had to be set to that of no pressure.
@@ -115,6 +117,7 @@ impl<const D: usize> LiquidStepper<D> {
             pressure: None,
             shear_again: None,
             projection: None,
+            rounds: 0,
             deformation: DeformationReport::default(),
             released: 0,
             advect: AdvectReport::default(),
@@ -157,6 +160,11 @@ impl<const D: usize> LiquidStepper<D> {
         report.shear = shear.solve(particles, materials, grid, &coupling, body, dt, predict, &settings.shear)?;
         if predict {
             report.pressure = Some(pressure.correct(grid, None, dt, &settings.pressure)?);
+            if let Some((again, corrected, rounds)) =
+                shear.settle(pressure, particles, materials, grid, body, None, dt, settings)?
+            {
+                (report.shear_again, report.projection, report.rounds) = (Some(again), Some(corrected), rounds);
+            }
         } else if settings.pressure.enabled {
             report.pressure = Some(pressure.solve(grid, None, dt, &settings.pressure)?);
             if again {

@@ -102,6 +102,8 @@ choice! {
 choice! {
     /// Where the products of the shear solve take their material from.
     pub enum Operator {
+        /// `Cells`, or `Particles` where elastic waves cross more than a cell in a step and `Cells` would not be stable.
+        Automatic;
         /// From a few points in each cell, into which the particles are summed once per solve.
         Cells;
         /// From every particle every time: the reference, some tens of times slower.
@@ -113,7 +115,7 @@ section! {
     /// The shear solve.
     pub struct ShearSolver {
         /// Where products take their material from.
-        operator: Operator = [Operator::Cells] () "";
+        operator: Operator = [Operator::Automatic] () "";
         /// Matrix.
         tangent: ShearTangent = [ShearTangent::Symmetric] () "";
         /// Residual relative to the right-hand side.

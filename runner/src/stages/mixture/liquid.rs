@@ -46,7 +46,7 @@ pub fn begin(world: &mut World, step: Step) -> Result<(), Rejection> {
 /// Momentum with shear, under the pressure of the free motion where that is predicted.
 pub fn shear(world: &mut World, step: Step) -> Result<(), Rejection> {
     in_its_dimension!(world, |flow, state| {
-        flow.report.prediction = None;
+        (flow.report.prediction, flow.report.shear_again, flow.report.projection) = (None, None, None);
         if state.particles.is_empty() {
             return Ok(());
         }
@@ -75,6 +75,9 @@ pub fn pressure(world: &mut World, step: Step) -> Result<(), Rejection> {
         if !state.particles.is_empty() && flow.settings.pressure.enabled {
             let rest = flow.report.prediction.is_some();
             flow.report.pressure = Some(project(flow, state, step, rest)?);
+            if rest {
+                settle(flow, state, step)?;
+            }
         }
         Ok(())
     })
@@ -160,6 +163,23 @@ fn project<const D: usize>(
     flow.seconds[1] += start.elapsed().as_secs_f64();
     accept("pressure", &report.multigrid.solve)?;
     Ok(report)
+}
+
+/// Shear and pressure in turn until they agree, where elastic waves cross many cells in a step.
+fn settle<const D: usize>(flow: &mut Flow<D>, state: &FlowState<D>, step: Step) -> Result<(), Rejection> {
+    let start = Instant::now();
+    let Flow { shear, pressure, grid, coupling, materials, settings, body, .. } = flow;
+    let rate = coupling.fraction_rate();
+    let settled = shear
+        .settle(pressure, &state.particles, materials, grid, body, rate, step.dt, settings)
+        .map_err(|error| refuse(&error, state))?;
+    flow.seconds[0] += start.elapsed().as_secs_f64();
+    if let Some((shear, pressure, _)) = settled {
+        accept("shear", &shear.solve)?;
+        accept("pressure", &pressure.multigrid.solve)?;
+        (flow.report.shear_again, flow.report.projection) = (Some(shear), Some(pressure));
+    }
+    Ok(())
 }
 
 fn refuse<const D: usize>(error: &LiquidError, state: &FlowState<D>) -> Rejection {

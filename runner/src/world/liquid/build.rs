@@ -86,6 +86,7 @@ pub fn settings(scene: &Scene, liquid: &Liquid) -> LiquidSettings {
         shear: ShearSettings {
             enabled: on(Component::Shear),
             operator: match liquid.shear.operator {
+                Operator::Automatic => ShearOperator::Automatic,
                 Operator::Cells => ShearOperator::CellQuadrature,
                 Operator::Particles => ShearOperator::Particles,
             },

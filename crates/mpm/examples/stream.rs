@@ -41,7 +41,14 @@ fn main() {
         pressure += report.pressure.map_or(0, |p| p.multigrid.solve.iterations)
             + report.prediction.map_or(0, |p| p.multigrid.solve.iterations);
         if k + 1 == steps {
-            println!("cells {} blocks {} occupied {}", report.weights.liquid_cells, report.transfer.blocks, report.transfer.occupied);
+            println!(
+                "cells {} blocks {} occupied {}; bytes a particle: grid {}, shear {}",
+                report.weights.liquid_cells,
+                report.transfer.blocks,
+                report.transfer.occupied,
+                stepper.grid.bytes() / particles.len(),
+                stepper.shear.bytes() / particles.len(),
+            );
         }
     }
     let seconds = start.elapsed().as_secs_f64() / steps as f64;

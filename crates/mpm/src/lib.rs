@@ -27,6 +27,7 @@
 //! All stages are deterministic for any number of threads. Everything is SI; in 2-D all quantities are per metre of depth.
 
 pub mod advect;
+mod arrays;
 pub mod deformation;
 pub mod error;
 pub mod fill;

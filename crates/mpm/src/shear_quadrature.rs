@@ -8,10 +8,11 @@
 //! over the stencil factorise into one direction after the other, with values and slopes of both points of a direction side by side
 //! in one vector register.
 
+use crate::arrays;
 use crate::grid::LiquidGrid;
 use crate::particles::Particles;
 use crate::shear_operator::{OperatorScratch, into_tiles, through_tiles};
-use crate::shear_state::{PointTangent, ShearState};
+use crate::shear_state::{PointTangent, ShearState, symmetric_index};
 use particle_grid::tile::{ROW, WIDTH, padded_len};
 use particle_grid::{BLOCK, BlockGrid, Lanes, NONE, cells_per_block, vectorised};
 use rayon::prelude::*;
@@ -195,7 +196,7 @@ fn packed<const D: usize>(t: &PointTangent<D>, volume: f64) -> [f64; MOST] {
     let s = sym::<D>();
     let mut out = [0.0; MOST];
     out[0] = volume * t.isotropic;
-    let entries: [f64; 6] = std::array::from_fn(|k| if k < s { t.deviator[pair::<D>(k)] } else { 0.0 });
+    let entries = &t.deviator;
     let geometric = volume * t.geometric;
     let dyadic = volume * t.dyadic;
     let mut at = 1 + s;
@@ -266,8 +267,8 @@ impl<const D: usize> Quadrature<D> {
         let occupied = grid.blocks.occupied().len();
         let lattice = grid.lattice();
         let inverse_dx = 1.0 / lattice.dx;
-        self.data.resize(occupied * per * n * np, 0.0);
-        self.elastic.resize(occupied * per * np, 0.0);
+        arrays::resize(&mut self.data, occupied * per * n * np, 0.0);
+        arrays::resize(&mut self.elastic, occupied * per * np, 0.0);
         self.cells.resize(occupied, 0);
         let blocks = self.data.par_chunks_mut(per * n * np).zip(self.elastic.par_chunks_mut(per * np));
         blocks.zip(self.cells.par_iter_mut()).enumerate().for_each_init(
@@ -432,7 +433,7 @@ impl<const D: usize> Quadrature<D> {
                             let mut q = [NOTHING; 3];
                             for a in 0..D {
                                 let equal = if c == a { 1.0 } else { 0.0 };
-                                let k = index::<D>(c.min(a), c.max(a));
+                                let k = symmetric_index::<D>(c.min(a), c.max(a));
                                 let dyad = 1 + s + k * s - k * (k + 1) / 2 + k;
                                 for u in 0..np / 4 {
                                     q[a][u] = (read(data, 0, np, u) * (0.5 * (1.0 + equal) - equal / D as f64)
@@ -600,10 +601,10 @@ fn act<const D: usize>(data: &[f64], g: &[[Points; 3]; 3], scale: f64) -> [[Poin
         let level = tr * -two_over_d;
         for i in 0..D {
             for j in 0..D {
-                let k = index::<D>(i, j);
+                let k = symmetric_index::<D>(i, j);
                 let mut v = iso * ((g[i][j][u] + g[j][i][u]) * 0.5) + stress[k] + level * deviator[k];
                 for m in 0..D {
-                    v += g[i][m][u] * deviator[index::<D>(m, j)];
+                    v += g[i][m][u] * deviator[symmetric_index::<D>(m, j)];
                 }
                 if i == j {
                     v += minus_pressure;
@@ -613,18 +614,6 @@ fn act<const D: usize>(data: &[f64], g: &[[Points; 3]; 3], scale: f64) -> [[Poin
         }
     }
     out
-}
-
-/// Place of `(i, j)` among the independent entries of a symmetric matrix.
-#[inline(always)]
-const fn index<const D: usize>(i: usize, j: usize) -> usize {
-    if i == j {
-        i
-    } else if D == 2 {
-        2
-    } else {
-        i + j + 2
-    }
 }
 
 #[cfg(test)]

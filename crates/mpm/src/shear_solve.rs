@@ -6,6 +6,7 @@
 //! restricted to motions that obey the ties, so the system stays symmetric. Source: spec (6.3), (6.6), (6.7); Δ-form and ties are ours.
 
 use crate::LiquidError;
+use crate::arrays;
 use crate::grid::LiquidGrid;
 use crate::material::LiquidMaterial;
 use crate::particles::Particles;
@@ -226,6 +227,11 @@ impl<const D: usize> ShearSolver<D> {
         self.start.clear();
         self.mass.clear();
         self.liquid.clear();
+        arrays::room(&mut self.liquid, D * n);
+        for array in [&mut self.start, &mut self.mass, &mut self.reference, &mut self.inverse_diagonal, &mut self.work]
+        {
+            arrays::room(array, D * n);
+        }
         for face in &grid.face {
             self.start.extend_from_slice(&face.velocity);
             self.liquid.extend(
@@ -281,7 +287,7 @@ impl<const D: usize> ShearSolver<D> {
         };
         self.reference.clone_from(&self.start);
         self.delta.clear();
-        self.delta.resize(D * n, 0.0);
+        arrays::resize(&mut self.delta, D * n, 0.0);
         self.build_system(particles, grid, dt);
     }
 
@@ -316,7 +322,7 @@ impl<const D: usize> ShearSolver<D> {
         self.inverse_diagonal.extend(diagonal.iter().map(|&d| if d > 0.0 { 1.0 / d } else { 0.0 }));
         self.work = diagonal;
         self.reference_force.clear();
-        self.reference_force.resize(D * n, 0.0);
+        arrays::resize(&mut self.reference_force, D * n, 0.0);
         if self.resists {
             match self.chosen {
                 ShearOperator::Particles => apply_particles(
@@ -510,7 +516,9 @@ impl<const D: usize> ShearSolver<D> {
             if with_pressure {
                 let liquid = &self.liquid[a * n..(a + 1) * n];
                 let delta = &mut self.delta[a * n..(a + 1) * n];
-                for ((d, [_, v]), (m, g)) in delta.iter_mut().zip(liquid).zip(mass.iter().zip(&grid.face[a].pressure_gradient)) {
+                for ((d, [_, v]), (m, g)) in
+                    delta.iter_mut().zip(liquid).zip(mass.iter().zip(&grid.face[a].pressure_gradient))
+                {
                     *d -= if *m > 0.0 { dt * v / m * g } else { 0.0 };
                 }
             }
@@ -571,7 +579,7 @@ impl<const D: usize> ShearSolver<D> {
     ) {
         let n = grid.blocks.node_count();
         self.rhs.clear();
-        self.rhs.resize(D * n, 0.0);
+        arrays::resize(&mut self.rhs, D * n, 0.0);
         for a in 0..D {
             let gradient = &grid.face[a].pressure_gradient;
             for i in 0..n {

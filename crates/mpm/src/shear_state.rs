@@ -16,6 +16,7 @@
 //! Source: Fei et al. 2019, supplemental S106–S119, corrected (docs/errata.md).
 
 use crate::LiquidError;
+use crate::arrays;
 use crate::grid::LiquidGrid;
 use crate::material::LiquidMaterial;
 use crate::particles::{Particles, TORN};
@@ -30,8 +31,8 @@ use rayon::prelude::*;
 /// Tangent of the shear stress of one material point, per volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointTangent<const D: usize> {
-    /// Elastic deviator `D`.
-    pub deviator: Tensor<D>,
+    /// Elastic deviator `D`: its independent entries, diagonal first (11, 22, 12 in the plane; 11, 22, 33, 12, 13, 23 in space).
+    pub deviator: [f64; 6],
     /// Coefficient ι of `dev sym G` [Pa].
     pub isotropic: f64,
     /// Coefficient γ of the geometric part [Pa].
@@ -46,7 +47,7 @@ impl<const D: usize> PointTangent<D> {
     /// No resistance.
     #[must_use]
     pub fn zero() -> Self {
-        Self { deviator: Tensor::zeros(), isotropic: 0.0, geometric: 0.0, dyadic: 0.0, elastic: 0.0 }
+        Self { deviator: [0.0; 6], isotropic: 0.0, geometric: 0.0, dyadic: 0.0, elastic: 0.0 }
     }
 
     /// `L[G]`: change of the Kirchhoff stress by a small displacement gradient.
@@ -54,7 +55,7 @@ impl<const D: usize> PointTangent<D> {
     #[must_use]
     pub fn apply(&self, g: &Tensor<D>) -> Tensor<D> {
         let two_over_d = 2.0 / D as f64;
-        let d = &self.deviator;
+        let d = &Tensor::<D>::from_fn(|i, j| self.deviator[symmetric_index::<D>(i, j)]);
         let along = double_contraction(d, g);
         let tr = trace(g);
         let mut out = symmetric_part(g) * self.isotropic
@@ -71,12 +72,37 @@ impl<const D: usize> PointTangent<D> {
     #[inline(always)]
     #[must_use]
     pub fn diagonal(&self, alpha: usize, beta: usize) -> f64 {
-        let d = &self.deviator;
+        let d = |i: usize, j: usize| self.deviator[symmetric_index::<D>(i, j)];
         let equal = if alpha == beta { 1.0 } else { 0.0 };
         self.isotropic * (0.5 * (1.0 + equal) - equal / D as f64)
-            + self.geometric * (d[(beta, beta)] - equal * 4.0 / D as f64 * d[(alpha, alpha)])
-            + self.dyadic * d[(alpha, beta)] * d[(alpha, beta)]
+            + self.geometric * (d(beta, beta) - equal * 4.0 / D as f64 * d(alpha, alpha))
+            + self.dyadic * d(alpha, beta) * d(alpha, beta)
     }
+}
+
+/// Place of the entry `(i, j)` among the independent ones of a symmetric matrix: diagonal first, then 12 (13, 23).
+#[inline(always)]
+#[must_use]
+pub const fn symmetric_index<const D: usize>(i: usize, j: usize) -> usize {
+    if i == j {
+        i
+    } else if D == 2 {
+        2
+    } else {
+        i + j + 2
+    }
+}
+
+/// The independent entries of a symmetric matrix.
+#[inline(always)]
+fn independent<const D: usize>(a: &Tensor<D>) -> [f64; 6] {
+    let mut out = [0.0; 6];
+    for i in 0..D {
+        for j in i..D {
+            out[symmetric_index::<D>(i, j)] = a[(i, j)];
+        }
+    }
+    out
 }
 
 /// Stress and tangent of all particles for one linearisation.
@@ -128,7 +154,8 @@ pub fn linearise<const D: usize>(
     let mu_hat = mu * beta;
     let stress = d * (mu * relaxed.radial);
     let isotropic = 2.0 * mu_hat * relaxed.radial;
-    let mut tangent = PointTangent { deviator: d, isotropic, geometric: 0.0, dyadic: 0.0, elastic: 2.0 * mu_hat };
+    let mut tangent =
+        PointTangent { deviator: independent(&d), isotropic, geometric: 0.0, dyadic: 0.0, elastic: 2.0 * mu_hat };
     if size > 1e-12 {
         match kind {
             Tangent::Symmetric => {
@@ -242,7 +269,8 @@ impl<const D: usize> Task<'_, D> {
         let pressure = isotropic * tr * L::splat(1.0 / D as f64) + geometric * two_over_d * along;
         for i in 0..D {
             for j in 0..D {
-                let mut l = (g[i][j] + g[j][i]) * L::splat(0.5) * isotropic + turned[i][j] * geometric + d[i][j] * level;
+                let mut l =
+                    (g[i][j] + g[j][i]) * L::splat(0.5) * isotropic + turned[i][j] * geometric + d[i][j] * level;
                 if i == j {
                     l -= pressure;
                 }
@@ -260,7 +288,7 @@ impl<const D: usize> Task<'_, D> {
         for i in 0..4 {
             self.wave = self.wave.max(isotropic[i] / material.density);
             self.tangent[k + i] = PointTangent {
-                deviator: out[i],
+                deviator: independent(&out[i]),
                 isotropic: isotropic[i],
                 geometric: geometric[i],
                 dyadic: dyadic[i],
@@ -323,8 +351,8 @@ impl<const D: usize> ShearState<D> {
         kind: Tangent,
     ) -> Result<(), LiquidError> {
         let n = particles.len();
-        self.stress.resize(n, Tensor::zeros());
-        self.tangent.resize(n, PointTangent::zero());
+        arrays::resize(&mut self.stress, n, Tensor::zeros());
+        arrays::resize(&mut self.tangent, n, PointTangent::zero());
         self.wave = self
             .stress
             .par_chunks_mut(CHUNK)
@@ -354,8 +382,8 @@ pub fn velocity_gradients<const D: usize>(
     values: &mut Vec<Vector<D>>,
     gradients: &mut Vec<Tensor<D>>,
 ) {
-    values.resize(particles.len(), Vector::zeros());
-    gradients.resize(particles.len(), Tensor::zeros());
+    arrays::resize(values, particles.len(), Vector::zeros());
+    arrays::resize(gradients, particles.len(), Tensor::zeros());
     particle_grid::gather(
         &grid.blocks,
         &grid.order,

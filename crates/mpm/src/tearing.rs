@@ -88,7 +88,8 @@ impl<const D: usize> LaneKernel for Task<'_, D> {
                 && self.material[k..k + 4].iter().all(|&other| other == m)
                 && strains.iter().chain(&gradients).all(|b| b.amax() < EXTREME)
             {
-                let (history, j) = wide::plastic_history(&wide::load::<D, L>(&gradients), &wide::load::<D, L>(&strains));
+                let (history, j) =
+                    wide::plastic_history(&wide::load::<D, L>(&gradients), &wide::load::<D, L>(&strains));
                 let (dev, _) = wide::deviator(&history);
                 let square = wide::parts(wide::contraction(&dev, &dev));
                 if wide::parts(j).iter().all(|&j| j > 1e-100) && square.iter().all(|s| s.is_finite()) {

@@ -282,8 +282,8 @@ impl Lane for Portable4 {
 #[cfg(target_arch = "x86_64")]
 mod avx {
     use super::{
-        Add, AddAssign, COUNTING, COUNTING_BITS, Div, EXPONENT_MAGIC, F4, Lane, LaneKernel, MANTISSA_BITS, Mul, MulAssign, Neg,
-        ONE_BITS, Sub, SubAssign,
+        Add, AddAssign, COUNTING, COUNTING_BITS, Div, EXPONENT_MAGIC, F4, Lane, LaneKernel, MANTISSA_BITS, Mul,
+        MulAssign, Neg, ONE_BITS, Sub, SubAssign,
     };
     use std::arch::x86_64::*;
 

@@ -47,15 +47,9 @@ impl<const D: usize> LaneKernel for Everything<'_, D> {
         store(&relaxed, &mut out.relaxed);
         let (healed, sound) = recover(&load::<D, L>(self.gradient), &relaxed, L::splat(self.exponent));
         store(&healed, &mut out.healed);
-        out.numbers = [
-            trial.sound,
-            trial.factor,
-            flowed.radial,
-            flowed.radial_by_stress,
-            flowed.radial_by_modulus,
-            sound,
-        ]
-        .map(parts);
+        out.numbers =
+            [trial.sound, trial.factor, flowed.radial, flowed.radial_by_stress, flowed.radial_by_modulus, sound]
+                .map(parts);
         out
     }
 }
@@ -94,14 +88,7 @@ fn compare<const D: usize>() {
                 }
             }
             let exponent = 0.5 * (-dt / recovery_time).exp_m1();
-            let work = || Everything {
-                law: &law,
-                dt,
-                strain: &strain,
-                step: &step,
-                gradient: &gradient,
-                exponent,
-            };
+            let work = || Everything { law: &law, dt, strain: &strain, step: &step, gradient: &gradient, exponent };
             let (wide, portable) = (dispatch(work()), dispatch_portable(work()));
             assert!(wide.relaxed == portable.relaxed && wide.healed == portable.healed);
             assert!(wide.numbers.map(|n| n.map(f64::to_bits)) == portable.numbers.map(|n| n.map(f64::to_bits)));

@@ -59,8 +59,9 @@ pub fn shear(world: &mut World, step: Step) -> Result<(), Rejection> {
         if predict {
             let start = Instant::now();
             let Flow { pressure, grid, settings, body, .. } = flow.as_mut();
-            let report =
-                pressure.predict(grid, body, None, step.dt, &settings.pressure).map_err(|error| refuse(&error, state))?;
+            let report = pressure
+                .predict(grid, body, None, step.dt, &settings.pressure)
+                .map_err(|error| refuse(&error, state))?;
             flow.seconds[1] += start.elapsed().as_secs_f64();
             flow.report.prediction = Some(report);
         }

@@ -279,7 +279,10 @@ impl FlowReport {
     #[must_use]
     pub fn iterations(&self) -> usize {
         let shear = [self.shear, self.shear_again].into_iter().flatten().map(|r| r.solve.iterations);
-        let pressure = [self.prediction, self.pressure, self.projection].into_iter().flatten().map(|r| r.multigrid.solve.iterations);
+        let pressure = [self.prediction, self.pressure, self.projection]
+            .into_iter()
+            .flatten()
+            .map(|r| r.multigrid.solve.iterations);
         shear.chain(pressure).sum()
     }
 }

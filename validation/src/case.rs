@@ -416,6 +416,12 @@ impl Outcome {
         });
     }
 
+    /// The value of a measure, if there is one of that name.
+    #[must_use]
+    pub fn value(&self, name: &str) -> Option<f64> {
+        self.measures.iter().find(|measure| measure.name == name).map(|measure| measure.measured)
+    }
+
     /// Adds a table to the report.
     pub fn table(&mut self, table: Table) {
         self.tables.push(table);

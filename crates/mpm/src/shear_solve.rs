@@ -87,6 +87,8 @@ pub struct ShearSolver<const D: usize> {
     values: Vec<Vector<D>>,
     gradients: Vec<Tensor<D>>,
     resists: bool,
+    /// The start was pushed after a solve: that solve is the first guess of the next.
+    pushed: bool,
 }
 
 /// Sets tied faces from the faces they follow; `prescribed` includes what walls add.
@@ -208,6 +210,7 @@ impl<const D: usize> ShearSolver<D> {
         settings: &ShearSettings,
     ) {
         let n = grid.blocks.node_count();
+        self.pushed = false;
         self.start.clear();
         self.mass.clear();
         self.liquid.clear();
@@ -362,7 +365,7 @@ impl<const D: usize> ShearSolver<D> {
                 }
             }
             report.newton_iterations = iteration + 1;
-            if iteration == 0 && !with_pressure {
+            if iteration == 0 && !with_pressure && !self.pushed {
                 self.fall(grid, body, dt);
             }
             let solve = self.linear_solve(particles, materials, grid, dt, settings, &mut report)?;
@@ -529,6 +532,25 @@ impl<const D: usize> ShearSolver<D> {
                 _ => return Ok(solve),
             }
         }
+    }
+
+    /// Changes the momentum at the start of the step by impulses on the faces [N s], one list per direction with one entry per
+    /// node, so that the same step can be solved again (an outer iteration with another phase). Linearisation and first guess
+    /// stay those of the last solve.
+    pub fn push(&mut self, grid: &LiquidGrid<D>, impulse: [&[f64]; D]) {
+        let mut push = std::mem::take(&mut self.work);
+        push.clear();
+        for a in 0..D {
+            push.extend_from_slice(impulse[a]);
+        }
+        fold(grid, &mut push);
+        for ((start, r), [mass, _]) in self.start.iter_mut().zip(&push).zip(&self.liquid) {
+            if *mass > 0.0 {
+                *start += r / mass;
+            }
+        }
+        self.work = push;
+        self.pushed = true;
     }
 
     /// Bytes held.

@@ -21,8 +21,10 @@ impl Plan {
     pub fn run(self) -> miette::Result<Exit> {
         let loaded = runner::scene::load(&self.scene, &self.set)?;
         let plan = runner::plan::Plan::for_scene(&loaded.scene)?;
-        print!("{plan}");
-        println!("{}", runner::prepare::estimate(&loaded.scene)?);
+        let estimate = runner::prepare::estimate(&loaded.scene)?;
+        let particles = estimate.liquid.map_or(0.0, |liquid| liquid.particles);
+        print!("{}", plan.with_cost(estimate.vertices as f64, particles));
+        println!("{estimate}");
         Ok(Exit::Done)
     }
 }

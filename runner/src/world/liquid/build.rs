@@ -214,6 +214,7 @@ fn flow<const D: usize>(
         maintenance: ResampleScratch::default(),
         resists: false,
         report: FlowReport::default(),
+        pressure_impulse: Vector::zeros(),
         seconds: [0.0; 2],
         slices: picture::slices(scene),
         probes: probe::build(scene),
@@ -227,6 +228,7 @@ fn flow<const D: usize>(
         sources: vec![SourceState::default(); flow.sources.len()],
         particles,
         steps: 0,
+        pressure_impulse: Vector::zeros(),
     };
     Ok((state, flow))
 }

@@ -56,10 +56,7 @@ impl Tally {
         }
         let [agree, second, failed, disagree] = self.verdicts;
         println!("agree {agree}, second solution {second}, oracle failed {failed}, disagree {disagree}");
-        println!(
-            "at rest {}, unsolved {}, our worst violation {:.1e}",
-            self.resting, self.unsolved, self.violation
-        );
+        println!("at rest {}, unsolved {}, our worst violation {:.1e}", self.resting, self.unsolved, self.violation);
         println!("ours {:.2} s, all {all:.2} s", self.seconds);
     }
 }

@@ -31,7 +31,10 @@ fn main() {
             fallen += u64::from(s.fell_back);
             if !(s.residual <= 1e-11) {
                 missed += 1;
-                println!("{i} {method:?} rows {rows} floor {floor:.1e}: {:.1e} for {w:?} {b:?} {}", s.residual, local.friction);
+                println!(
+                    "{i} {method:?} rows {rows} floor {floor:.1e}: {:.1e} for {w:?} {b:?} {}",
+                    s.residual, local.friction
+                );
             }
         }
     }

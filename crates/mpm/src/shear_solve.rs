@@ -664,6 +664,24 @@ impl<const D: usize> ShearSolver<D> {
         }
     }
 
+    /// Changes the momentum at the start of the step by impulses on the faces [N s], one list per direction with one entry per
+    /// node, so that the same step can be solved again (an outer iteration with another phase). Linearisation and first guess
+    /// stay those of the last solve.
+    pub fn push(&mut self, grid: &LiquidGrid<D>, impulse: [&[f64]; D]) {
+        let mut push = std::mem::take(&mut self.work);
+        push.clear();
+        for a in 0..D {
+            push.extend_from_slice(impulse[a]);
+        }
+        fold(grid, &mut push);
+        for ((start, r), [mass, _]) in self.start.iter_mut().zip(&push).zip(&self.liquid) {
+            if *mass > 0.0 {
+                *start += r / mass;
+            }
+        }
+        self.work = push;
+    }
+
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {

@@ -100,10 +100,22 @@ section! {
 }
 
 section! {
+    /// How strands and bulk liquid are solved against each other.
+    pub struct CouplingSolver {
+        /// How often strands and liquid are solved in a step, at most.
+        iterations: usize = [1] (Number, at_least(1.0).up_to(1000.0)) "1: one after the other, what the liquid's stress answers is felt one step later. More cost a shear and a pressure solve each; strands that fill half of a cell or hang in a stiff liquid need them.";
+        /// Change of velocities at which it is enough, relative to the largest velocity.
+        tolerance: f64 = [1e-3] (Number, above(0.0).up_to(1.0)) "";
+    }
+}
+
+section! {
     /// Solvers.
     pub struct Solver {
         /// Of the rods.
         rods: RodSolver = [blank] () "";
+        /// Of strands and liquid together.
+        coupling: CouplingSolver = [blank] () "";
     }
 }
 

@@ -182,13 +182,18 @@ impl World {
         let (film, films) = film::build::build(scene, &plan.components, &built.rods, geometry)?.unzip();
         let contact = ContactWorld::build(scene, &plan.components, &built.rods, film.as_ref());
         let memory = contact.as_ref().map(|_| ContactMemory::default());
-        let (flowing, liquid) = liquid::build::build(scene, &solids)?.unzip();
+        let (mut flowing, liquid) = liquid::build::build(scene, &solids)?.unzip();
         let submersion = match (&film, &liquid) {
             (Some(film), Some(LiquidWorld::Three(flow))) => {
                 Some(Submersion::build(scene, film, &flow.names, &built.rods)?)
             }
             _ => None,
         };
+        if let (Some(submersion), Some(LiquidState::Three(fluid)), Some(LiquidWorld::Three(flow))) =
+            (&submersion, &mut flowing, &liquid)
+        {
+            submersion.make_room(&built.rods, flow, fluid);
+        }
         let mut state = WorldState {
             ledger: Ledger::default(),
             contact: memory,

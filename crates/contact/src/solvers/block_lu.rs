@@ -78,7 +78,9 @@ impl BlockLu {
         let tail = (first < n).then(|| Tail {
             first,
             start: (first..n)
-                .map(|i| row_start[i] + columns[row_start[i]..row_start[i + 1]].partition_point(|j| (*j as usize) < first))
+                .map(|i| {
+                    row_start[i] + columns[row_start[i]..row_start[i + 1]].partition_point(|j| (*j as usize) < first)
+                })
                 .collect(),
             factors: Mat::zeros(3 * (n - first), 3 * (n - first)),
             row: vec![0; 3 * (n - first)],

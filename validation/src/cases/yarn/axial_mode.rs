@@ -32,7 +32,12 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     let resolution = (mode as f64 / cells as f64).powi(2);
     out.compare("frequency_ratio", ratio, 1.0, 1.6 * resolution);
     let order = observed_order(&points);
-    out.measure("order", order, |o| o > 1.8, "observed order over this and 1.5, 2 and 3 times the resolution above 1.8");
+    out.measure(
+        "order",
+        order,
+        |o| o > 1.8,
+        "observed order over this and 1.5, 2 and 3 times the resolution above 1.8",
+    );
     out.info("amplitude_after_two_periods", kept);
     out.curve(order_curve("Axial mode", "cell over length", "error of the frequency", &points, 2.0));
     Ok(out)

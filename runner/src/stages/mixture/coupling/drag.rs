@@ -30,6 +30,7 @@ pub fn meet(world: &mut World, step: Step) -> Result<(), Rejection> {
         if let (Some(submersion), Some(memory)) = (&mut world.submersion, &mut world.state.submersion) {
             submersion.wet.clear();
             memory.pressure_gradient.fill(Vector3::zeros());
+            memory.pull.fill(None);
             submersion.add_up(world.film.as_ref());
         }
         return Ok(());
@@ -64,7 +65,8 @@ pub fn meet(world: &mut World, step: Step) -> Result<(), Rejection> {
             }
             let ratio = (ratio / filled).clamp(0.1, 10.0);
             // where the liquid would be at the end of the step without drag, as far as the last step tells
-            let pull = flow.body - memory.pressure_gradient[v] * (ratio / density);
+            let pull = memory.pull[v].unwrap_or(flow.body - memory.pressure_gradient[v] * (ratio / density));
+            submersion.start_velocity[v] = velocity;
             submersion.fluid_velocity[v] = velocity + pull * step.dt;
             submersion.porosity[v] = 1.0 - share.min(DENSEST);
             submersion.volume_ratio[v] = ratio;
@@ -78,7 +80,7 @@ pub fn meet(world: &mut World, step: Step) -> Result<(), Rejection> {
 /// Weights of the faces that hold liquid around a point, for one direction: kernel times mass, adding up to one. With the
 /// mass in them an impulse changes the velocities of all faces alike: those that hold next to nothing do not fly off.
 /// Returns the share of the kernel that they cover.
-fn faces(grid: &LiquidGrid<3>, x: &Vector3<f64>, axis: usize, list: &mut Vec<(usize, f64)>) -> f64 {
+pub(super) fn faces(grid: &LiquidGrid<3>, x: &Vector3<f64>, axis: usize, list: &mut Vec<(usize, f64)>) -> f64 {
     list.clear();
     let (mut sum, mut covered) = (0.0, 0.0);
     stencil(&grid.blocks, x, &mac_offset(axis), |s| {
@@ -94,7 +96,7 @@ fn faces(grid: &LiquidGrid<3>, x: &Vector3<f64>, axis: usize, list: &mut Vec<(us
 }
 
 /// Adds impulses [N s] on the vertices `wet` to numbers on the faces around them.
-fn spread(
+pub(super) fn spread(
     grid: &LiquidGrid<3>,
     positions: &[Vector3<f64>],
     wet: &[usize],
@@ -119,27 +121,11 @@ pub fn drag(world: &mut World, step: Step) -> Result<(), Rejection> {
     if both.submersion.wet.is_empty() || !both.submersion.drags {
         return Ok(());
     }
-    let dt = step.dt;
-    find_coefficients(&mut both, dt);
-    // the rods with the coefficients: implicit, elasticity and clamps and all
-    both.submersion.coefficient_in_loads = true;
-    both.strands.report = {
-        let loads = both.submersion.add_to(both.film.loads(both.gravity));
-        solve(both.strands, both.rods, dt, &loads)?
-    };
-    let Both { rods, strands, flow, fluid, submersion, .. } = both;
+    exchange(&mut both, step.dt)?;
+    let Both { rods, strands, flow, submersion, .. } = both;
     if submersion.drag_in_faces {
         coefficients_to_faces(rods, strands, flow, submersion);
         return Ok(());
-    }
-    submersion.coefficient_in_loads = false;
-    strands.stepper.velocities_into(rods, &mut submersion.vectors);
-    let mut sum = Vector3::zeros();
-    for v in &submersion.wet {
-        let relative = submersion.pulls_to[*v] - submersion.vectors[*v];
-        let r = relative * (dt * submersion.coefficient[*v]);
-        submersion.drag_impulse[*v] = r;
-        sum += r;
     }
     let mut taken = FaceNumbers::<3>::zeros(flow.grid.blocks.node_count());
     spread(&flow.grid, &rods.position, &submersion.wet, |k| submersion.drag_impulse[submersion.wet[k]], &mut taken);
@@ -152,7 +138,29 @@ pub fn drag(world: &mut World, step: Step) -> Result<(), Rejection> {
             }
         }
     }
-    fluid.ledger.exchanged(0.0, 0.0, &-sum);
+    Ok(())
+}
+
+/// Impulses of drag from the rods as they are solved without it and the liquid as it would be without it
+/// (`fluid_velocity`). Nothing acts on the liquid yet.
+pub(super) fn exchange(both: &mut Both<'_>, dt: f64) -> Result<(), Rejection> {
+    find_coefficients(both, dt);
+    // the rods with the coefficients: implicit, elasticity and clamps and all
+    both.submersion.coefficient_in_loads = true;
+    both.strands.report = {
+        let loads = both.submersion.add_to(both.film.loads(both.gravity));
+        solve(both.strands, both.rods, dt, &loads)?
+    };
+    let Both { rods, strands, submersion, .. } = both;
+    if submersion.drag_in_faces {
+        return Ok(());
+    }
+    submersion.coefficient_in_loads = false;
+    strands.stepper.velocities_into(rods, &mut submersion.vectors);
+    for v in &submersion.wet {
+        let relative = submersion.pulls_to[*v] - submersion.vectors[*v];
+        submersion.drag_impulse[*v] = relative * (dt * submersion.coefficient[*v]);
+    }
     Ok(())
 }
 
@@ -222,6 +230,7 @@ fn find_coefficients(both: &mut Both<'_>, dt: f64) {
         let impulse = trial[k].norm();
         submersion.pulls_to[*v] = submersion.fluid_velocity[*v];
         submersion.coefficient[*v] = 0.0;
+        submersion.recoil[*v] = 0.0;
         if impulse <= 0.0 || !impulse.is_finite() {
             continue;
         }
@@ -238,6 +247,7 @@ fn find_coefficients(both: &mut Both<'_>, dt: f64) {
         let (law, body) = &bodies[k];
         let solved = law.solve(speeds[k], mass, dt, body, submersion.porosity[*v]);
         submersion.stuck += usize::from(solved.stuck);
+        submersion.recoil[*v] = liquid_yields;
         let secant = solved.coefficient;
         submersion.coefficient[*v] =
             if submersion.drag_in_faces { secant } else { secant / (1.0 + dt * secant * liquid_yields) };

@@ -1,6 +1,6 @@
 //! Systems solved by the production solver and by cone programmes.
 //!
-//! `cross_check [SYSTEMS] [SEED] [MOST_CONTACTS]` makes random ones, `cross_check FILE…` reads saved ones (a scene leaves them with
+//! `cross_check [SYSTEMS] [SEED] [MOST_CONTACTS] [CONTACTS FREEDOMS]` makes random ones (only those of that size where it is given), `cross_check FILE…` reads saved ones (a scene leaves them with
 //! `contact.save_every`). Prints the quantiles of the difference and every system that does not simply agree, with what
 //! each answer breaks.
 
@@ -77,7 +77,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let n = random.index(2, most + 1);
             let dofs = random.index(3, 6 * n);
             let problem = random_system(&mut random, n, dofs, (0.0, 1.5), 0.2);
-            tally.add(&format!("{i} with {dofs} freedoms"), &problem);
+            let wanted = |argument: usize, size: usize| {
+                arguments.get(argument).and_then(|a| a.parse().ok()).is_none_or(|a: usize| a == size)
+            };
+            if wanted(3, n) && wanted(4, dofs) {
+                tally.add(&format!("{i} with {dofs} freedoms"), &problem);
+            }
         }
     }
     tally.print(begin.elapsed().as_secs_f64());

@@ -1,6 +1,6 @@
 //! Solves every contact problem file of a folder with every solver and prints residual and the median of the processor times.
 //!
-//! `cargo run --release -p contact --example public_problems -- FOLDER [filter]`
+//! `cargo run --release -p contact --example public_problems -- FOLDER [filter | all] [solver]`
 use contact::{ContactSettings, Scaling, SolverChoice, problem::text, solve};
 use std::time::Instant;
 
@@ -13,7 +13,8 @@ fn cpu_seconds() -> Option<f64> {
 fn main() {
     let mut args = std::env::args().skip(1);
     let folder = args.next().or_else(|| std::env::var("VISCOSE_CONTACT_DATA").ok()).unwrap_or_default();
-    let filter = args.next().unwrap_or_default();
+    let filter = args.next().filter(|f| f != "all").unwrap_or_default();
+    let only = args.next().and_then(|name| SolverChoice::from_name(&name));
     let Ok(entries) = std::fs::read_dir(&folder) else {
         println!("no folder `{folder}`");
         return;
@@ -36,7 +37,7 @@ fn main() {
                 continue;
             }
         };
-        for solver in SolverChoice::ALL {
+        for solver in SolverChoice::ALL.into_iter().filter(|s| only.is_none_or(|only| only == *s)) {
             let settings = ContactSettings {
                 solver,
                 scaling: Scaling::UnitStep,
@@ -44,19 +45,22 @@ fn main() {
                 ..ContactSettings::default()
             };
             // groups of solves, long enough for the clock of the processor; the median of the groups counts
-            let clock = |since: Instant| cpu_seconds().unwrap_or_else(|| since.elapsed().as_secs_f64());
             let since = Instant::now();
-            let begin = clock(since);
-            let mut s = Some(solve(&problem, None, &settings));
-            let once = (clock(since) - begin).max(1e-7);
-            let group = ((2e-3 / once) as usize).clamp(1, 1000);
+            let clock = || cpu_seconds().unwrap_or_else(|| since.elapsed().as_secs_f64());
+            let mut s = None;
             let mut times: Vec<f64> = Vec::new();
-            for _ in 0..if once > 0.2 { 1 } else { 15 } {
-                let begin = clock(since);
-                for _ in 0..group {
-                    s = Some(solve(&problem, None, &settings));
+            for _ in 0..5 {
+                let (begin, mut solves) = (clock(), 0);
+                while clock() - begin < 0.02 && solves < 5000 {
+                    for _ in 0..if solves < 20 { 1 } else { 20 } {
+                        s = Some(solve(&problem, None, &settings));
+                        solves += 1;
+                    }
                 }
-                times.push((clock(since) - begin) / group as f64);
+                times.push((clock() - begin) / f64::from(solves));
+                if times[0] > 0.2 {
+                    break;
+                }
             }
             times.sort_by(f64::total_cmp);
             let best = times[times.len() / 2];

@@ -31,8 +31,8 @@ const FIRST_SWEEPS: usize = 20;
 /// Most block multiplications of one factorisation for which Newton is tried at all: a few seconds.
 const NEWTON_PRODUCTS: usize = 100_000_000;
 
-/// Factorisations that a Newton solve takes as a rule.
-const NEWTON_FACTORS: usize = 10;
+/// Factorisations that a Newton solve takes as a rule: about fifteen where all goes well, up to sixty where states are many.
+const NEWTON_FACTORS: usize = 20;
 
 /// Cost of a local solve in block-vector products.
 const LOCAL_SOLVE: usize = 30;
@@ -42,6 +42,10 @@ const LEAST_SWEEPS: usize = 100;
 
 /// Rounds in which contacts that close join those that are solved for.
 const ROUNDS: usize = 12;
+
+/// Sweeps between two looks at what has opened, while a tenth of the contacts leaves each time.
+const SHORT_RUN: usize = 100;
+const STILL_THINNING_TENTHS: usize = 9;
 
 /// Share of a group that must be closed for the open ones to be carried along, in tenths.
 const WORTH_LEAVING_TENTHS: usize = 8;
@@ -118,7 +122,8 @@ impl Auto {
     /// Solves for the contacts alone that carry an impulse or close, and looks again at the others: what closes by the
     /// answer joins. Exact as soon as nothing closes any more; `None` where too few are open to be worth it.
     ///
-    /// In bundles four contacts of five are open, and a factorisation or a sweep need not carry them.
+    /// In bundles nine contacts of ten are open in the end, and a factorisation or a sweep need not carry them. The first
+    /// sweeps press more of them than stay pressed, so what has opened leaves again between short runs of sweeps.
     fn without_open(&self, group: &Group<'_>, r: &mut [Vec3]) -> Option<GroupOutcome> {
         let n = group.len();
         let mut best = Best::start(group, r);
@@ -128,22 +133,21 @@ impl Auto {
         let mut taken = vec![false; n];
         let mut members: Vec<u32> = Vec::new();
         let mut outcome: Option<GroupOutcome> = None;
-        for _ in 0..ROUNDS {
-            let before = members.len();
-            let mut u = vec![[0.0; 3]; n];
+        let mut thinning = true;
+        for round in 0..ROUNDS {
+            let before = if round == 0 { n } else { members.len() };
             for k in 0..n {
-                let s = group.w.row_product_sparse(k, r);
-                u[k] = [0, 1, 2].map(|i| s[i] + group.q[k][i]);
-            }
-            for k in 0..n {
+                let closes = || group.w.row_product_sparse(k, r)[0] + group.q[k][0] < 0.0;
                 // a bilateral contact is never open; one that closes or pulls together is not either
-                taken[k] |= group.friction[k] < 0.0 || r[k] != [0.0; 3] || u[k][0] < 0.0;
+                let now = group.friction[k] < 0.0 || r[k] != [0.0; 3] || closes();
+                taken[k] = now || taken[k] && !thinning;
             }
-            members.clear();
+            let last = std::mem::take(&mut members);
             members.extend((0..n as u32).filter(|k| taken[*k as usize]));
-            if members.len() == before || 10 * members.len() > WORTH_LEAVING_TENTHS * n {
+            if !thinning && members == last || 10 * members.len() > WORTH_LEAVING_TENTHS * n {
                 break;
             }
+            thinning = thinning && 10 * members.len() < STILL_THINNING_TENTHS * before;
             let part = Component { contacts: members.clone() };
             let mut position = vec![u32::MAX; n];
             for (place, k) in members.iter().enumerate() {
@@ -161,7 +165,14 @@ impl Auto {
                 tolerance: group.tolerance,
                 size_floor,
             };
-            let answer = self.whole(&small, &mut x);
+            let short = GaussSeidel {
+                max_sweeps: SHORT_RUN.min(self.max_sweeps),
+                check_every: 10,
+                local: self.local,
+                patience: None,
+                window: WINDOW,
+            };
+            let answer = if thinning { short.solve(&small, &mut x) } else { self.whole(&small, &mut x) };
             for (k, x) in members.iter().zip(&x) {
                 r[*k as usize] = *x;
             }
@@ -169,8 +180,8 @@ impl Auto {
             best.offer(residual, r);
             let status = if residual <= group.tolerance {
                 Status::Converged
-            } else if answer.status.is_converged() {
-                // solved, but others close now
+            } else if answer.status.is_converged() || thinning {
+                // solved, but others close now; or to be thinned out further
                 Status::Stalled
             } else if answer.status == Status::Stalled {
                 Status::MaxIterations

@@ -27,7 +27,7 @@ pub const DENSE_SPEED: usize = 8;
 const DENSE_TENTHS: usize = 7;
 
 /// Contacts below which a dense tail is not worth its start.
-const LEAST_TAIL: usize = 16;
+const LEAST_TAIL: usize = 48;
 
 /// Eliminates the contact with the fewest neighbours first, ties by index; stops with `None` once the factorisation
 /// would need more than `limit` block multiplications.

@@ -99,6 +99,8 @@ pub struct ShearSolver<const D: usize> {
     values: Vec<Vector<D>>,
     gradients: Vec<Tensor<D>>,
     resists: bool,
+    /// Faces without liquid that points in cells see, and the faces whose motion they show.
+    ghosts: Vec<Ghost>,
     /// The operator of this step: never [`ShearOperator::Automatic`].
     chosen: ShearOperator,
     /// Nothing has been solved since [`ShearSolver::begin`].
@@ -124,6 +126,33 @@ fn fold<const D: usize>(grid: &LiquidGrid<D>, v: &mut [f64]) {
         if t.source != NONE {
             v[base + t.source as usize] += t.ratio * value;
         }
+    }
+}
+
+/// A face without liquid that shows the motion of one beside it.
+///
+/// Points in cells reach faces that no particle of the cell reaches. Left at zero, these would hold the liquid to the frame of the grid; with
+/// the motion of their neighbours a common velocity is free of stress again, and the forces on them go to those.
+#[derive(Clone, Copy, Debug)]
+struct Ghost {
+    /// Place in the arrays of all components.
+    face: u32,
+    /// Place of the face that it shows.
+    source: u32,
+}
+
+/// Lets faces without liquid show the motion of those beside them.
+fn show(ghosts: &[Ghost], v: &mut [f64]) {
+    for g in ghosts {
+        v[g.face as usize] = v[g.source as usize];
+    }
+}
+
+/// Gives what acts on them to those, and leaves nothing.
+fn give_back(ghosts: &[Ghost], v: &mut [f64]) {
+    for g in ghosts {
+        let value = std::mem::take(&mut v[g.face as usize]);
+        v[g.source as usize] += value;
     }
 }
 
@@ -158,6 +187,7 @@ pub fn impose_walls<const D: usize>(grid: &mut LiquidGrid<D>) {
 }
 
 struct System<'a, const D: usize> {
+    ghosts: &'a [Ghost],
     particles: &'a Particles<D>,
     grid: &'a LiquidGrid<D>,
     state: &'a ShearState<D>,
@@ -175,12 +205,14 @@ impl<const D: usize> PreconditionedSystem for System<'_, D> {
         self.work.clear();
         self.work.extend_from_slice(v);
         expand(self.grid, self.work, false);
+        show(self.ghosts, self.work);
         match self.which {
             ShearOperator::Particles => {
                 apply_particles(self.particles, self.state, self.grid, self.work, out, self.operator);
             }
             _ => self.quadrature.apply(self.grid, self.work, out, self.operator),
         }
+        give_back(self.ghosts, out);
         fold(self.grid, out);
         for ((o, m), v) in out.iter_mut().zip(self.mass).zip(v) {
             *o = if *m > 0.0 { m * v + self.dt2 * *o } else { 0.0 };
@@ -285,10 +317,48 @@ impl<const D: usize> ShearSolver<D> {
             ShearOperator::Automatic => ShearOperator::Particles,
             fixed => fixed,
         };
+        self.find_ghosts(grid);
         self.reference.clone_from(&self.start);
+        show(&self.ghosts, &mut self.reference);
         self.delta.clear();
         arrays::resize(&mut self.delta, D * n, 0.0);
         self.build_system(particles, grid, dt);
+    }
+
+    /// Finds the faces without liquid beside faces that have some: where points in cells act, these are in their reach.
+    fn find_ghosts(&mut self, grid: &LiquidGrid<D>) {
+        self.ghosts.clear();
+        if !self.resists || self.chosen != ShearOperator::CellQuadrature {
+            return;
+        }
+        let n = grid.blocks.node_count();
+        for a in 0..D {
+            let mass = &grid.face[a].mass;
+            // One direction after the other: faces across an edge or a corner show what the face between shows.
+            let mut shown: Vec<u32> =
+                (0..n as u32).map(|i| if mass[i as usize] > grid.mass_floor { i } else { NONE }).collect();
+            for axis in 0..D {
+                let before = shown.clone();
+                for i in 0..n {
+                    if before[i] != NONE {
+                        continue;
+                    }
+                    for side in [-1, 1] {
+                        let o = grid.blocks.along(i, axis, side);
+                        if o != NONE && before[o as usize] != NONE {
+                            shown[i] = before[o as usize];
+                            break;
+                        }
+                    }
+                }
+            }
+            for (i, source) in shown.iter().enumerate() {
+                if *source != NONE && *source as usize != i {
+                    let base = (a * n) as u32;
+                    self.ghosts.push(Ghost { face: base + i as u32, source: base + source });
+                }
+            }
+        }
     }
 
     fn build_system(&mut self, particles: &Particles<D>, grid: &LiquidGrid<D>, dt: f64) {
@@ -307,6 +377,7 @@ impl<const D: usize> ShearSolver<D> {
                 }
             }
         }
+        give_back(&self.ghosts, &mut diagonal);
         for t in &grid.ties {
             let base = t.axis as usize * n;
             let d = std::mem::take(&mut diagonal[base + t.face as usize]);
@@ -343,6 +414,7 @@ impl<const D: usize> ShearSolver<D> {
                     *f = s - dt * *f;
                 }
             }
+            give_back(&self.ghosts, &mut self.reference_force);
             fold(grid, &mut self.reference_force);
         }
     }
@@ -403,6 +475,9 @@ impl<const D: usize> ShearSolver<D> {
             velocity.clear();
             velocity.extend(self.reference.iter().zip(&self.delta).map(|(r, d)| r + d));
             expand(grid, &mut velocity, true);
+            for g in &self.ghosts {
+                velocity[g.face as usize] = 0.0;
+            }
             for a in 0..D {
                 grid.face[a].velocity.copy_from_slice(&velocity[a * n..(a + 1) * n]);
             }
@@ -429,6 +504,7 @@ impl<const D: usize> ShearSolver<D> {
         self.work.clear();
         self.work.extend_from_slice(&self.delta);
         expand(grid, &mut self.work, false);
+        show(&self.ghosts, &mut self.work);
         let mut force = std::mem::take(&mut self.rhs);
         self.quadrature.apply_elastic(grid, &self.work, &mut force, &mut self.operator);
         let bound = dt * dt * numerics::reduce::norm(&force);
@@ -564,6 +640,7 @@ impl<const D: usize> ShearSolver<D> {
         for a in 0..D {
             self.reference.extend_from_slice(&grid.face[a].velocity);
         }
+        show(&self.ghosts, &mut self.reference);
         self.delta.fill(0.0);
         self.build_system(particles, grid, dt);
         Ok(())
@@ -628,6 +705,7 @@ impl<const D: usize> ShearSolver<D> {
         let mut total: Option<SolveReport> = None;
         loop {
             let mut system = System {
+                ghosts: &self.ghosts,
                 particles,
                 grid,
                 state: &self.state,

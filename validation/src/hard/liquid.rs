@@ -224,8 +224,11 @@ fn tiny_faces(params: &Params) -> Result<Outcome, CaseError> {
     if let (Some((_, start)), Some((_, end))) = (frames.first(), frames.last()) {
         out.measure("particles", start.len() as f64, |x| x >= 4.0, "there are some particles");
         let mut sorted = [start.clone(), end.clone()];
+        // Particles of a layer stay in it; their heights differ by rounding, which must not change their order.
+        let layer = |y: f64, lowest: f64| ((y - lowest) / 1e-5).round() as i64;
         for list in &mut sorted {
-            list.sort_by(|a, b| a[1].total_cmp(&b[1]).then(a[0].total_cmp(&b[0])).then(a[2].total_cmp(&b[2])));
+            let lowest = list.iter().fold(f64::INFINITY, |low, x| low.min(x[1]));
+            list.sort_by_key(|x| (layer(x[1], lowest), layer(x[0], 0.0), layer(x[2], 0.0)));
         }
         let fall = sorted[0][0][1] - sorted[1][0][1];
         for (a, b) in sorted[0].iter().zip(&sorted[1]) {

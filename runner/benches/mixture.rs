@@ -13,7 +13,9 @@ fn bench(c: &mut Criterion) {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/coupled/pour-on-strands.ron");
     let mut group = c.benchmark_group("mixture/step");
     group.sample_size(10);
-    for (name, set) in [("one after the other", "solver.coupling.iterations=1"), ("iterated", "solver.coupling.iterations=5")] {
+    for (name, set) in
+        [("one after the other", "solver.coupling.iterations=1"), ("iterated", "solver.coupling.iterations=5")]
+    {
         let set = [set.to_owned(), format!("time.step=Fixed({STEP})")];
         let loaded = match runner::scene::load(&scene, &set) {
             Ok(loaded) => loaded,

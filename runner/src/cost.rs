@@ -141,6 +141,9 @@ mod tests {
         assert_eq!(cost.total(), cost.stages[6]);
         let wet = Components { liquid: true, liquid_shear: true, ..Components::default() };
         assert_eq!(StepCost::of(&wet, &[], 1e6, 1000.0), StepCost::of(&wet, &[], 0.0, 1000.0));
-        assert!(StepCost::of(&wet, &[Component::Shear], 0.0, 1000.0).total() < 0.3 * StepCost::of(&wet, &[], 0.0, 1000.0).total());
+        assert!(
+            StepCost::of(&wet, &[Component::Shear], 0.0, 1000.0).total()
+                < 0.3 * StepCost::of(&wet, &[], 0.0, 1000.0).total()
+        );
     }
 }

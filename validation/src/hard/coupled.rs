@@ -43,12 +43,22 @@ fn dense_bundle(params: &Params) -> Result<Outcome, CaseError> {
     let mut out = judged(&run, "total_liquid_mass_defect")?;
     let slip = run.series.column("slip_mean")?;
     let thrown = 0.2;
-    out.measure("solid_fraction", most(&run, "solid_fraction_max")?, |x| x > 0.88, "strands fill cells to the packing limit");
+    out.measure(
+        "solid_fraction",
+        most(&run, "solid_fraction_max")?,
+        |x| x > 0.88,
+        "strands fill cells to the packing limit",
+    );
     let rise = slip.windows(2).skip(1).map(|w| (w[1] - w[0]) / thrown).fold(0.0, f64::max);
     out.measure("slip_rises", rise, |x| x <= 1e-3, "both move ever more alike: the slip does not rise");
     out.measure("slip", slip[slip.len() - 1] / thrown, |x| x <= 1e-2, "at the end they move as one");
     out.measure("fastest", most(&run, "liquid_max_speed")? / thrown, |x| x <= 2.0, "nothing flies off");
-    out.measure("momentum_defect", most(&run, "momentum_defect")?, |x| x <= 1e-8, "momentum of the strands is accounted for");
+    out.measure(
+        "momentum_defect",
+        most(&run, "momentum_defect")?,
+        |x| x <= 1e-8,
+        "momentum of the strands is accounted for",
+    );
     Ok(out)
 }
 

@@ -36,7 +36,8 @@ impl<const D: usize> Flow<D> {
             add(&format!("liquid_pressure_impulse_{axis}"), "N s", meaning);
         }
         if self.bodies.is_empty() {
-            let meaning = "momentum that sources, drains, body forces, strands and the pressure do not account for, relative";
+            let meaning =
+                "momentum that sources, drains, body forces, strands and the pressure do not account for, relative";
             add("liquid_momentum_defect", "1", meaning);
         }
         add("liquid_transfer_defect", "1", "momentum changed by the transfers of the step, relative");

@@ -9,7 +9,11 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 pub fn columns(submersion: &Submersion, columns: &mut Vec<Column>) {
     columns.push(Column::new("submerged_vertices", "1", "vertices in the liquid"));
     columns.push(Column::new("submerged_stuck", "1", "of these, those that stick to it below its yield stress"));
-    columns.push(Column::new("slip_mean", "m/s", "mean speed between vertices in the liquid and the liquid around them"));
+    columns.push(Column::new(
+        "slip_mean",
+        "m/s",
+        "mean speed between vertices in the liquid and the liquid around them",
+    ));
     columns.push(Column::new("slip_max", "m/s", "largest speed between a vertex and the liquid around it"));
     if submersion.outer.iterations > 1 {
         columns.push(Column::new("outer_iterations", "1", "solves of strands and liquid against each other"));

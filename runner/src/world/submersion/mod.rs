@@ -225,7 +225,9 @@ impl Submersion {
 
     /// Forgets the exchange of the step before.
     pub fn begin(&mut self) {
-        for list in [&mut self.drag_impulse, &mut self.capture_impulse, &mut self.film_impulse, &mut self.pressure_force] {
+        for list in
+            [&mut self.drag_impulse, &mut self.capture_impulse, &mut self.film_impulse, &mut self.pressure_force]
+        {
             list.fill(Vector3::zeros());
         }
         self.coefficient.fill(0.0);

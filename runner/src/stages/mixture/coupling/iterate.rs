@@ -136,12 +136,14 @@ pub fn book(world: &mut World, step: Step) -> Result<(), Rejection> {
 fn remember(both: &mut Both<'_>, dt: f64) {
     let ended = velocities(both);
     both.strands.stepper.velocities_into(both.rods, &mut both.submersion.vectors);
-    let Both { submersion, memory, .. } = both;
+    let Both { flow, submersion, memory, .. } = both;
     memory.pull.fill(None);
+    // where nothing but drag and body forces acts on the liquid there is nothing to remember
+    let remembers = !submersion.drag_in_faces && (flow.resists || flow.settings.pressure.enabled);
     let (mut sum, mut most) = (0.0, 0.0f64);
     for (k, v) in submersion.wet.iter().enumerate() {
         let without = ended[k] + submersion.drag_impulse[*v] * submersion.recoil[*v];
-        if !submersion.drag_in_faces {
+        if remembers {
             memory.pull[*v] = Some((without - submersion.start_velocity[*v]) / dt);
         }
         let slip = (submersion.vectors[*v] - ended[k]).norm();

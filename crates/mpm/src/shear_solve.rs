@@ -6,10 +6,12 @@
 //! restricted to motions that obey the ties, so the system stays symmetric. Source: spec (6.3), (6.6), (6.7); Δ-form and ties are ours.
 
 use crate::LiquidError;
+use crate::arrays;
 use crate::grid::LiquidGrid;
 use crate::material::LiquidMaterial;
 use crate::particles::Particles;
-use crate::settings::{ShearOperator, ShearSettings, Tangent};
+use crate::pressure_solve::{PressureReport, PressureSolver};
+use crate::settings::{LiquidSettings, ShearOperator, ShearSettings, Tangent};
 use crate::shear_operator::{OperatorScratch, apply_particles, diagonal_particles};
 use crate::shear_quadrature::Quadrature;
 use crate::shear_state::{ShearState, velocity_gradients};
@@ -21,6 +23,16 @@ use serde::{Deserialize, Serialize};
 
 /// Share of its own mass that a face keeps at least when faces behind a wall, which move against it, are tied to it.
 const LEAST_SHARE: f64 = 0.1;
+
+/// Largest `4 dt² ι/(ρ dx²)`, with ι the elastic tangent, at which products through points in cells are safe.
+///
+/// Elastic forces come from the particles. A motion that the particles resist (by at most this ratio to its inertia) and the points do
+/// not see is integrated explicitly, which is stable up to four. Beyond it such motions, at thinly sampled edges, would grow.
+pub const SAFE_STIFFNESS: f64 = 4.0;
+/// Shear energy of the pressure's last correction, over the kinetic energy, above which shear and pressure are solved once more.
+const DISTURBED: f64 = 1e-2;
+/// Rounds of shear and pressure at most, after the first.
+const MOST_ROUNDS: usize = 8;
 
 /// What other phases do to the faces, one slice per direction with one entry per node. Absent parts cost nothing.
 #[derive(Clone, Copy, Debug, Default)]
@@ -87,6 +99,12 @@ pub struct ShearSolver<const D: usize> {
     values: Vec<Vector<D>>,
     gradients: Vec<Tensor<D>>,
     resists: bool,
+    /// Faces without liquid that points in cells see, and the faces whose motion they show.
+    ghosts: Vec<Ghost>,
+    /// The operator of this step: never [`ShearOperator::Automatic`].
+    chosen: ShearOperator,
+    /// Nothing has been solved since [`ShearSolver::begin`].
+    fresh: bool,
 }
 
 /// Sets tied faces from the faces they follow; `prescribed` includes what walls add.
@@ -108,6 +126,33 @@ fn fold<const D: usize>(grid: &LiquidGrid<D>, v: &mut [f64]) {
         if t.source != NONE {
             v[base + t.source as usize] += t.ratio * value;
         }
+    }
+}
+
+/// A face without liquid that shows the motion of one beside it.
+///
+/// Points in cells reach faces that no particle of the cell reaches. Left at zero, these would hold the liquid to the frame of the grid; with
+/// the motion of their neighbours a common velocity is free of stress again, and the forces on them go to those.
+#[derive(Clone, Copy, Debug)]
+struct Ghost {
+    /// Place in the arrays of all components.
+    face: u32,
+    /// Place of the face that it shows.
+    source: u32,
+}
+
+/// Lets faces without liquid show the motion of those beside them.
+fn show(ghosts: &[Ghost], v: &mut [f64]) {
+    for g in ghosts {
+        v[g.face as usize] = v[g.source as usize];
+    }
+}
+
+/// Gives what acts on them to those, and leaves nothing.
+fn give_back(ghosts: &[Ghost], v: &mut [f64]) {
+    for g in ghosts {
+        let value = std::mem::take(&mut v[g.face as usize]);
+        v[g.source as usize] += value;
     }
 }
 
@@ -142,6 +187,7 @@ pub fn impose_walls<const D: usize>(grid: &mut LiquidGrid<D>) {
 }
 
 struct System<'a, const D: usize> {
+    ghosts: &'a [Ghost],
     particles: &'a Particles<D>,
     grid: &'a LiquidGrid<D>,
     state: &'a ShearState<D>,
@@ -159,12 +205,14 @@ impl<const D: usize> PreconditionedSystem for System<'_, D> {
         self.work.clear();
         self.work.extend_from_slice(v);
         expand(self.grid, self.work, false);
+        show(self.ghosts, self.work);
         match self.which {
             ShearOperator::Particles => {
                 apply_particles(self.particles, self.state, self.grid, self.work, out, self.operator);
             }
-            ShearOperator::CellQuadrature => self.quadrature.apply(self.grid, self.work, out, self.operator),
+            _ => self.quadrature.apply(self.grid, self.work, out, self.operator),
         }
+        give_back(self.ghosts, out);
         fold(self.grid, out);
         for ((o, m), v) in out.iter_mut().zip(self.mass).zip(v) {
             *o = if *m > 0.0 { m * v + self.dt2 * *o } else { 0.0 };
@@ -211,6 +259,11 @@ impl<const D: usize> ShearSolver<D> {
         self.start.clear();
         self.mass.clear();
         self.liquid.clear();
+        arrays::room(&mut self.liquid, D * n);
+        for array in [&mut self.start, &mut self.mass, &mut self.reference, &mut self.inverse_diagonal, &mut self.work]
+        {
+            arrays::room(array, D * n);
+        }
         for face in &grid.face {
             self.start.extend_from_slice(&face.velocity);
             self.liquid.extend(
@@ -255,28 +308,76 @@ impl<const D: usize> ShearSolver<D> {
                 }
             }
         }
+        self.fresh = true;
+        let dx = grid.lattice().dx;
+        self.chosen = match settings.operator {
+            ShearOperator::Automatic if 4.0 * dt * dt * self.state.wave <= SAFE_STIFFNESS * dx * dx => {
+                ShearOperator::CellQuadrature
+            }
+            ShearOperator::Automatic => ShearOperator::Particles,
+            fixed => fixed,
+        };
+        self.find_ghosts(grid);
         self.reference.clone_from(&self.start);
+        show(&self.ghosts, &mut self.reference);
         self.delta.clear();
-        self.delta.resize(D * n, 0.0);
-        self.build_system(particles, grid, dt, settings);
+        arrays::resize(&mut self.delta, D * n, 0.0);
+        self.build_system(particles, grid, dt);
     }
 
-    fn build_system(&mut self, particles: &Particles<D>, grid: &LiquidGrid<D>, dt: f64, settings: &ShearSettings) {
+    /// Finds the faces without liquid beside faces that have some: where points in cells act, these are in their reach.
+    fn find_ghosts(&mut self, grid: &LiquidGrid<D>) {
+        self.ghosts.clear();
+        if !self.resists || self.chosen != ShearOperator::CellQuadrature {
+            return;
+        }
+        let n = grid.blocks.node_count();
+        for a in 0..D {
+            let mass = &grid.face[a].mass;
+            // One direction after the other: faces across an edge or a corner show what the face between shows.
+            let mut shown: Vec<u32> =
+                (0..n as u32).map(|i| if mass[i as usize] > grid.mass_floor { i } else { NONE }).collect();
+            for axis in 0..D {
+                let before = shown.clone();
+                for i in 0..n {
+                    if before[i] != NONE {
+                        continue;
+                    }
+                    for side in [-1, 1] {
+                        let o = grid.blocks.along(i, axis, side);
+                        if o != NONE && before[o as usize] != NONE {
+                            shown[i] = before[o as usize];
+                            break;
+                        }
+                    }
+                }
+            }
+            for (i, source) in shown.iter().enumerate() {
+                if *source != NONE && *source as usize != i {
+                    let base = (a * n) as u32;
+                    self.ghosts.push(Ghost { face: base + i as u32, source: base + source });
+                }
+            }
+        }
+    }
+
+    fn build_system(&mut self, particles: &Particles<D>, grid: &LiquidGrid<D>, dt: f64) {
         let n = grid.blocks.node_count();
         let mut diagonal = std::mem::take(&mut self.work);
         diagonal.clear();
         diagonal.resize(D * n, 0.0);
         if self.resists {
-            match settings.operator {
+            match self.chosen {
                 ShearOperator::Particles => {
                     diagonal_particles(particles, &self.state, grid, &mut diagonal, &mut self.operator);
                 }
-                ShearOperator::CellQuadrature => {
+                _ => {
                     self.quadrature.build(particles, &self.state, grid);
                     self.quadrature.diagonal(grid, &mut diagonal, &mut self.operator);
                 }
             }
         }
+        give_back(&self.ghosts, &mut diagonal);
         for t in &grid.ties {
             let base = t.axis as usize * n;
             let d = std::mem::take(&mut diagonal[base + t.face as usize]);
@@ -292,9 +393,9 @@ impl<const D: usize> ShearSolver<D> {
         self.inverse_diagonal.extend(diagonal.iter().map(|&d| if d > 0.0 { 1.0 / d } else { 0.0 }));
         self.work = diagonal;
         self.reference_force.clear();
-        self.reference_force.resize(D * n, 0.0);
+        arrays::resize(&mut self.reference_force, D * n, 0.0);
         if self.resists {
-            match settings.operator {
+            match self.chosen {
                 ShearOperator::Particles => apply_particles(
                     particles,
                     &self.state,
@@ -303,7 +404,7 @@ impl<const D: usize> ShearSolver<D> {
                     &mut self.reference_force,
                     &mut self.operator,
                 ),
-                ShearOperator::CellQuadrature => {
+                _ => {
                     self.quadrature.apply(grid, &self.reference, &mut self.reference_force, &mut self.operator);
                 }
             }
@@ -313,6 +414,7 @@ impl<const D: usize> ShearSolver<D> {
                     *f = s - dt * *f;
                 }
             }
+            give_back(&self.ghosts, &mut self.reference_force);
             fold(grid, &mut self.reference_force);
         }
     }
@@ -362,46 +464,157 @@ impl<const D: usize> ShearSolver<D> {
                 }
             }
             report.newton_iterations = iteration + 1;
-            if iteration == 0 && !with_pressure {
-                self.fall(grid, body, dt);
+            if std::mem::take(&mut self.fresh) {
+                self.move_freely(grid, body, dt, with_pressure);
             }
             let solve = self.linear_solve(particles, materials, grid, dt, settings, &mut report)?;
-            self.balance(grid, &solve);
+            self.balance(grid, dt);
             report.solve = report.solve.combined(solve);
             let n = grid.blocks.node_count();
             let mut velocity = std::mem::take(&mut self.work);
             velocity.clear();
             velocity.extend(self.reference.iter().zip(&self.delta).map(|(r, d)| r + d));
             expand(grid, &mut velocity, true);
+            for g in &self.ghosts {
+                velocity[g.face as usize] = 0.0;
+            }
             for a in 0..D {
                 grid.face[a].velocity.copy_from_slice(&velocity[a * n..(a + 1) * n]);
             }
             self.work = velocity;
+            if iteration == 0
+                && iterations > 1
+                && let Some(bound) = self.largest_error(grid, dt)
+                && bound <= settings.newton_tolerance * size
+            {
+                // Whatever the liquid does, its stress cannot have left the linearisation by more than this.
+                report.nonlinear_residual = if size > 0.0 { bound / size } else { 0.0 };
+                break;
+            }
         }
         Ok(report)
     }
 
-    /// First guess of the step: everything falls freely. What is left to the solve is then internal.
-    fn fall(&mut self, grid: &LiquidGrid<D>, body: &Vector<D>, dt: f64) {
+    /// Bound on the nonlinear residual after the first iteration [N s]: the momentum that the stress would have given if nothing had flowed
+    /// during the change of motion. `None` where the operator cannot tell.
+    fn largest_error(&mut self, grid: &LiquidGrid<D>, dt: f64) -> Option<f64> {
+        if self.chosen != ShearOperator::CellQuadrature {
+            return None;
+        }
+        self.work.clear();
+        self.work.extend_from_slice(&self.delta);
+        expand(grid, &mut self.work, false);
+        show(&self.ghosts, &mut self.work);
+        let mut force = std::mem::take(&mut self.rhs);
+        self.quadrature.apply_elastic(grid, &self.work, &mut force, &mut self.operator);
+        let bound = dt * dt * numerics::reduce::norm(&force);
+        self.rhs = force;
+        Some(bound)
+    }
+
+    /// Whether the last correction by the pressure strained the liquid so much that shear has to be solved for again: the energy that it
+    /// gave the shear, against the kinetic energy of the step.
+    fn is_disturbed(&mut self, particles: &Particles<D>, grid: &LiquidGrid<D>, body: &Vector<D>, dt: f64) -> bool {
+        let n = grid.blocks.node_count();
+        self.work.clear();
+        self.work.extend(self.reference.iter().zip(&self.delta).map(|(r, d)| r + d));
+        expand(grid, &mut self.work, true);
+        let mut kinetic = 0.0;
+        for a in 0..D {
+            let range = a * n..(a + 1) * n;
+            let velocity = &grid.face[a].velocity;
+            let fall = dt * body[a];
+            for ((w, u), m) in self.work[range.clone()].iter_mut().zip(velocity).zip(&grid.face[a].mass) {
+                *w = if *m > grid.mass_floor { u - *w } else { 0.0 };
+            }
+            for (m, u) in self.mass[range.clone()].iter().zip(&self.start[range]) {
+                kinetic += m * (u * u + fall * fall);
+            }
+        }
+        let mut force = std::mem::take(&mut self.rhs);
+        match self.chosen {
+            ShearOperator::Particles => {
+                apply_particles(particles, &self.state, grid, &self.work, &mut force, &mut self.operator);
+            }
+            _ => self.quadrature.apply(grid, &self.work, &mut force, &mut self.operator),
+        }
+        let shear = dt * dt * numerics::reduce::dot(&force, &self.work);
+        self.rhs = force;
+        shear > DISTURBED * kinetic
+    }
+
+    /// Solves for shear and pressure in turn until the pressure no longer strains the liquid. One round does for soft liquids; where elastic waves
+    /// cross many cells in a step, what the pressure moves would otherwise be stored as elastic energy that nothing supplied.
+    /// Returns the reports of the last round and how many there were.
+    ///
+    /// To be called after [`PressureSolver::correct`].
+    ///
+    /// # Errors
+    /// Those of the two solves.
+    #[expect(clippy::too_many_arguments, reason = "one argument per physical ingredient of the momentum balance")]
+    pub fn settle(
+        &mut self,
+        pressure: &mut PressureSolver<D>,
+        particles: &Particles<D>,
+        materials: &[LiquidMaterial],
+        grid: &mut LiquidGrid<D>,
+        body: &Vector<D>,
+        fraction_rate: Option<&[f64]>,
+        dt: f64,
+        settings: &LiquidSettings,
+    ) -> Result<Option<(ShearReport, PressureReport, usize)>, LiquidError> {
+        let mut last = None;
+        let dx = grid.lattice().dx;
+        if !self.resists || 4.0 * dt * dt * self.state.wave <= SAFE_STIFFNESS * dx * dx {
+            return Ok(None);
+        }
+        for round in 1..=MOST_ROUNDS {
+            if !self.is_disturbed(particles, grid, body, dt) {
+                break;
+            }
+            let coupling = FaceCoupling::default();
+            let shear = self.solve(particles, materials, grid, &coupling, body, dt, true, &settings.shear)?;
+            let corrected = pressure.correct(grid, fraction_rate, dt, &settings.pressure)?;
+            last = Some((shear, corrected, round));
+        }
+        Ok(last)
+    }
+
+    /// First guess of the step: everything moves freely under body force and, where it is known, pressure. What is left to the solve
+    /// is then internal.
+    fn move_freely(&mut self, grid: &LiquidGrid<D>, body: &Vector<D>, dt: f64, with_pressure: bool) {
         let n = grid.blocks.node_count();
         for a in 0..D {
             let mass = &self.mass[a * n..(a + 1) * n];
             for (d, m) in self.delta[a * n..(a + 1) * n].iter_mut().zip(mass) {
                 *d = if *m > 0.0 { dt * body[a] } else { 0.0 };
             }
+            if with_pressure {
+                let liquid = &self.liquid[a * n..(a + 1) * n];
+                let delta = &mut self.delta[a * n..(a + 1) * n];
+                for ((d, [_, v]), (m, g)) in
+                    delta.iter_mut().zip(liquid).zip(mass.iter().zip(&grid.face[a].pressure_gradient))
+                {
+                    *d -= if *m > 0.0 { dt * v / m * g } else { 0.0 };
+                }
+            }
         }
     }
 
-    /// Removes the momentum that the stopped iteration left in its residual. Stress is internal and does not see a common
-    /// velocity, so one is added per direction; at walls there is none to add.
-    fn balance(&mut self, grid: &LiquidGrid<D>, solve: &SolveReport) {
-        if !grid.ties.is_empty() || !self.resists || solve.iterations == 0 {
+    /// Gives back the momentum that stress took though it is internal: what the stopped iteration left in its residual, and forces
+    /// on faces around the liquid that hold none of it, which points of the quadrature reach and nothing answers. Stress does not see a
+    /// common velocity, so one is added per direction; at walls there is none to add.
+    fn balance(&mut self, grid: &LiquidGrid<D>, dt: f64) {
+        if !grid.ties.is_empty() || !self.resists {
             return;
         }
         let n = grid.blocks.node_count();
         for a in 0..D {
             let range = a * n..(a + 1) * n;
-            let left: f64 = self.krylov.residual()[range.clone()].iter().sum();
+            let outside = self.rhs[range.clone()].iter().zip(&self.reference_force[range.clone()]);
+            let moved = self.mass[range.clone()].iter().zip(&self.delta[range.clone()]);
+            let left: f64 =
+                outside.zip(moved).filter(|(_, (m, _))| **m > 0.0).map(|((r, f), (m, d))| r - dt * f - m * d).sum();
             let mass: f64 = self.mass[range.clone()].iter().sum();
             if mass > 0.0 {
                 let common = left / mass;
@@ -431,8 +644,9 @@ impl<const D: usize> ShearSolver<D> {
         for a in 0..D {
             self.reference.extend_from_slice(&grid.face[a].velocity);
         }
+        show(&self.ghosts, &mut self.reference);
         self.delta.fill(0.0);
-        self.build_system(particles, grid, dt, settings);
+        self.build_system(particles, grid, dt);
         Ok(())
     }
 
@@ -446,7 +660,7 @@ impl<const D: usize> ShearSolver<D> {
     ) {
         let n = grid.blocks.node_count();
         self.rhs.clear();
-        self.rhs.resize(D * n, 0.0);
+        arrays::resize(&mut self.rhs, D * n, 0.0);
         for a in 0..D {
             let gradient = &grid.face[a].pressure_gradient;
             for i in 0..n {
@@ -495,6 +709,7 @@ impl<const D: usize> ShearSolver<D> {
         let mut total: Option<SolveReport> = None;
         loop {
             let mut system = System {
+                ghosts: &self.ghosts,
                 particles,
                 grid,
                 state: &self.state,
@@ -504,7 +719,7 @@ impl<const D: usize> ShearSolver<D> {
                 inverse_diagonal: &self.inverse_diagonal,
                 work: &mut self.work,
                 dt2: dt * dt,
-                which: settings.operator,
+                which: self.chosen,
             };
             let mut solve = pcg::solve_system(&mut system, &self.rhs, &mut self.delta, &mut self.krylov, &settings.pcg);
             if let Some(before) = total {
@@ -522,13 +737,31 @@ impl<const D: usize> ShearSolver<D> {
                         self.gradients = gradients;
                     }
                     self.delta.fill(0.0);
-                    self.build_system(particles, grid, dt, settings);
+                    self.build_system(particles, grid, dt);
                     report.fell_back = true;
                     total = Some(solve);
                 }
                 _ => return Ok(solve),
             }
         }
+    }
+
+    /// Changes the momentum at the start of the step by impulses on the faces [N s], one list per direction with one entry per
+    /// node, so that the same step can be solved again (an outer iteration with another phase). Linearisation and first guess
+    /// stay those of the last solve.
+    pub fn push(&mut self, grid: &LiquidGrid<D>, impulse: [&[f64]; D]) {
+        let mut push = std::mem::take(&mut self.work);
+        push.clear();
+        for a in 0..D {
+            push.extend_from_slice(impulse[a]);
+        }
+        fold(grid, &mut push);
+        for ((start, r), [mass, _]) in self.start.iter_mut().zip(&push).zip(&self.liquid) {
+            if *mass > 0.0 {
+                *start += r / mass;
+            }
+        }
+        self.work = push;
     }
 
     /// Bytes held.

@@ -136,8 +136,8 @@ impl System for World {
         seen_in_its_dimension!(self, (), |flow, _state| flow.columns(&mut columns));
         if self.film.is_some() {
             film::measure::columns(&mut columns);
-            if self.submersion.is_some() {
-                submersion::measure::columns(&mut columns);
+            if let Some(submersion) = &self.submersion {
+                submersion::measure::columns(submersion, &mut columns);
             }
             let name = if self.liquid.is_some() { "total_liquid_mass_defect" } else { "liquid_mass_defect" };
             columns.push(Column::new(

@@ -77,6 +77,39 @@ ablation SCENES="scenes/coupled/spun-strand.ron scenes/coupled/wet-pair.ron scen
         done
     done
 
+# the 24 scenes of strands in liquid, unattended: a summary each, one table, one page, in out/overnight
+overnight *ARGS:
+    {{viscose}} batch scenes/coupled --out out/overnight {{ARGS}}
+
+# kills every scene of a folder at random again and again, lets it go on, and compares the bytes with those of an undisturbed run
+kill-and-resume DIR="scenes/coupled" OUT="out/killed" SEED="1":
+    #!/usr/bin/env bash
+    set -euo pipefail
+    cargo build --release --locked --quiet -p viscose
+    RANDOM={{SEED}}
+    mkdir -p "{{OUT}}"
+    bad=0
+    for scene in {{DIR}}/*.ron; do
+        name=$(basename "$scene" .ron)
+        whole="{{OUT}}/$name-whole" cut="{{OUT}}/$name-cut"
+        rm -rf "$whole" "$cut"
+        options=(--threads 1 --set output.frames=Never --set "output.checkpoint=Steps(7)")
+        begin=$(date +%s%N)
+        target/release/viscose run "$scene" --out "$whole" "${options[@]}" >/dev/null 2>&1
+        took=$(( ($(date +%s%N) - begin) / 1000000 ))
+        kills=0
+        while [ ! -e "$cut/summary.json" ]; do
+            resume=(); [ ! -e "$cut/series.csv" ] || resume=(--resume)
+            target/release/viscose run "$scene" --out "$cut" "${options[@]}" "${resume[@]}" >/dev/null 2>&1 &
+            run=$!
+            # after some kills it may end
+            [ $kills -ge 3 ] || { sleep "$(awk -v t=$took -v r=$RANDOM 'BEGIN { print 0.02 + t * 1e-3 * 0.6 * r / 32768 }')"; ! kill -9 $run 2>/dev/null || kills=$((kills + 1)); }
+            wait $run 2>/dev/null || true
+        done
+        if cmp -s "$whole/series.csv" "$cut/series.csv"; then echo "same bytes after $kills kills: $name"; else echo "OTHER BYTES: $name"; bad=1; fi
+    done
+    exit $bad
+
 # validation cases: just validate rods
 validate *CASES:
     {{viscose}} validate {{CASES}}

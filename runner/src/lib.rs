@@ -15,6 +15,7 @@
 //! report, picture   a page with plots and pictures
 //! ```
 
+pub mod cost;
 pub mod import;
 pub mod microgel;
 pub mod picture;

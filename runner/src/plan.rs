@@ -1,7 +1,9 @@
 //! Which stages a scene needs, and why. What is not needed costs nothing: no memory, no time, no column.
 
 use std::fmt;
+use std::fmt::Write as _;
 
+use crate::cost::{SWITCHES, StepCost, readable};
 use crate::scene::Scene;
 use crate::scene::field::Field as _;
 use crate::scene::liquid::Liquid;
@@ -168,6 +170,38 @@ impl Plan {
             })
             .collect();
         Ok(Plan { stages, components, switched_off: scene.disable.clone(), program: Vec::new() })
+    }
+
+    /// The plan with what each stage costs and what each switch would save, for so many vertices and particles.
+    #[must_use]
+    pub fn with_cost(&self, vertices: f64, particles: f64) -> String {
+        if self.stages.is_empty() {
+            return self.to_string();
+        }
+        let cost = StepCost::of(&self.components, &self.switched_off, vertices, particles);
+        let mut text = String::new();
+        for planned in &self.stages {
+            let (mark, seconds) = if planned.active {
+                ("runs", readable(cost.stages[planned.stage.number]))
+            } else {
+                ("-", String::new())
+            };
+            let (number, name, reason) = (planned.stage.number, planned.stage.name, planned.reason);
+            let _ = writeln!(text, "{number:>2} {name:18} {mark:5} {seconds:>9}  {reason}");
+        }
+        let _ = writeln!(text, "   a step: about {} on one core", readable(cost.total()));
+        let mut saved: Vec<(f64, &Component)> =
+            cost.switches.iter().copied().zip(&SWITCHES).filter(|(seconds, _)| *seconds > 0.0).collect();
+        saved.sort_by(|a, b| b.0.total_cmp(&a.0));
+        for (seconds, component) in saved {
+            let share = 100.0 * seconds / cost.total();
+            let name = format!("{component:?}");
+            let _ = writeln!(text, "   on: {name:17} {:>9} {share:>3.0} %", readable(seconds));
+        }
+        for component in &self.switched_off {
+            let _ = writeln!(text, "   off: {component:?}");
+        }
+        text
     }
 
     /// The stages that run, in order.

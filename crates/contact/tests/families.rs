@@ -1,7 +1,7 @@
 //! The project's own hyperstatic problems, threads, warm starts, jammed and infeasible problems.
 
 use contact::block::IDENTITY;
-use contact::families::{Bodies, Family, Random, arch, boxes, capsules, tower};
+use contact::families::{Bodies, Family, Random, arch, boxes, capsules, squeezed_bundle, tower};
 use contact::{BlockMatrix, ContactProblem, ContactSettings, Scaling, SolverChoice, solve};
 
 /// Three members of every family are solved to 1e-8 in both scalings.
@@ -16,6 +16,35 @@ fn every_family_is_solved() {
             }
         }
     }
+}
+
+/// Members in units of mass from 1e-10 to 1e10, with the unit step too: where that weighs one side of the law alone, the
+/// answer must still be that of the law.
+#[test]
+fn every_family_is_solved_in_any_units() {
+    for family in Family::ALL {
+        let p = family.member(1);
+        for exponent in [-10, -6, -3, 3, 6, 10] {
+            let w = 10f64.powi(exponent);
+            let triplets: Vec<_> = p.delassus.iter().map(|(i, j, b)| (i as u32, j as u32, b.map(|x| x * w))).collect();
+            let matrix = BlockMatrix::from_triplets(p.len(), &triplets);
+            let scaled = ContactProblem::new(matrix, p.free_velocity.clone(), p.friction.clone()).unwrap();
+            for scaling in [Scaling::UnitStep, Scaling::PerContact] {
+                let s = solve(&scaled, None, &ContactSettings { scaling, ..ContactSettings::default() });
+                assert!(s.report.status().is_converged(), "{} 1e{exponent} {scaling:?} {:?}", family.name(), s.report);
+            }
+        }
+    }
+}
+
+/// Squeezed and rubbed hairs: many contacts a strand, nine of ten of them open in the end.
+#[test]
+fn a_squeezed_bundle_is_solved() {
+    let p = squeezed_bundle(19, 4e-3, 0.02, 0.3);
+    let s = solve(&p, None, &ContactSettings { tolerance: 1e-6, ..ContactSettings::default() });
+    let open = s.states.iter().filter(|s| **s == contact::law::ContactState::Open).count();
+    assert!(s.report.status().is_converged(), "{:?}", s.report);
+    assert!(p.len() > 200 && open > 0 && open < p.len(), "{open} of {} open", p.len());
 }
 
 /// The contact impulses take energy from rigid bodies, they never give any.

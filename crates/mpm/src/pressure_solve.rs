@@ -387,6 +387,22 @@ impl<const D: usize> PressureSolver<D> {
         }
     }
 
+    /// Largest rate at which the mixture in a cell of the pressure solve changes its volume with the face velocities as they are
+    /// now: `|div u + (Dε_f/Dt)/ε_f|`, the divergence of `ε_f u_f + ε_s u_s` over `ε_f` [1/s].
+    ///
+    /// - `fraction_rate`: as for [`PressureSolver::solve`]
+    #[must_use]
+    pub fn mixture_divergence(&self, grid: &LiquidGrid<D>, fraction_rate: Option<&[f64]>) -> f64 {
+        let one = |&cell: &u32| {
+            let cell = cell as usize;
+            let open = |(a, side)| across(grid, cell, a, side).0.map_or(0.0, |f| grid.face[a].open[f]);
+            let open: f64 = (0..D).flat_map(|a| (0..2).map(move |side| (a, side))).map(open).sum();
+            let rate = fraction_rate.map_or(0.0, |rate| rate[cell] * (open / (2.0 * D as f64)).min(1.0));
+            (Self::divergence(grid, cell) + rate).abs()
+        };
+        self.node.par_iter().with_min_len(512).map(one).reduce(|| 0.0, f64::max)
+    }
+
     /// Number of liquid cells.
     #[must_use]
     pub fn unknowns(&self) -> usize {

@@ -468,7 +468,7 @@ impl<const D: usize> ShearSolver<D> {
                 self.move_freely(grid, body, dt, with_pressure);
             }
             let solve = self.linear_solve(particles, materials, grid, dt, settings, &mut report)?;
-            self.balance(grid, &solve);
+            self.balance(grid, dt);
             report.solve = report.solve.combined(solve);
             let n = grid.blocks.node_count();
             let mut velocity = std::mem::take(&mut self.work);
@@ -601,16 +601,20 @@ impl<const D: usize> ShearSolver<D> {
         }
     }
 
-    /// Removes the momentum that the stopped iteration left in its residual. Stress is internal and does not see a common
-    /// velocity, so one is added per direction; at walls there is none to add.
-    fn balance(&mut self, grid: &LiquidGrid<D>, solve: &SolveReport) {
-        if !grid.ties.is_empty() || !self.resists || solve.iterations == 0 {
+    /// Gives back the momentum that stress took though it is internal: what the stopped iteration left in its residual, and forces
+    /// on faces around the liquid that hold none of it, which points of the quadrature reach and nothing answers. Stress does not see a
+    /// common velocity, so one is added per direction; at walls there is none to add.
+    fn balance(&mut self, grid: &LiquidGrid<D>, dt: f64) {
+        if !grid.ties.is_empty() || !self.resists {
             return;
         }
         let n = grid.blocks.node_count();
         for a in 0..D {
             let range = a * n..(a + 1) * n;
-            let left: f64 = self.krylov.residual()[range.clone()].iter().sum();
+            let outside = self.rhs[range.clone()].iter().zip(&self.reference_force[range.clone()]);
+            let moved = self.mass[range.clone()].iter().zip(&self.delta[range.clone()]);
+            let left: f64 =
+                outside.zip(moved).filter(|(_, (m, _))| **m > 0.0).map(|((r, f), (m, d))| r - dt * f - m * d).sum();
             let mass: f64 = self.mass[range.clone()].iter().sum();
             if mass > 0.0 {
                 let common = left / mass;
@@ -740,6 +744,24 @@ impl<const D: usize> ShearSolver<D> {
                 _ => return Ok(solve),
             }
         }
+    }
+
+    /// Changes the momentum at the start of the step by impulses on the faces [N s], one list per direction with one entry per
+    /// node, so that the same step can be solved again (an outer iteration with another phase). Linearisation and first guess
+    /// stay those of the last solve.
+    pub fn push(&mut self, grid: &LiquidGrid<D>, impulse: [&[f64]; D]) {
+        let mut push = std::mem::take(&mut self.work);
+        push.clear();
+        for a in 0..D {
+            push.extend_from_slice(impulse[a]);
+        }
+        fold(grid, &mut push);
+        for ((start, r), [mass, _]) in self.start.iter_mut().zip(&push).zip(&self.liquid) {
+            if *mass > 0.0 {
+                *start += r / mass;
+            }
+        }
+        self.work = push;
     }
 
     /// Bytes held.

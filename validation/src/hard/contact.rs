@@ -60,15 +60,25 @@ fn jammed(params: &Params) -> Result<Outcome, CaseError> {
     let run = SceneRun::hard(scene!("jammed"), "jammed.ron", params)?;
     let mut out = judged(&run);
     out.measure("contacts", most(&run, "contacts")?, |x| x >= 1.0, "something touches");
+    // Work of the clamp, by its force and its scripted velocity: down and to the side, then up and back. Implicit steps and
+    // friction take energy, so no step may gain more than the clamp put in. (The wedged rod stores a hundred times the
+    // kinetic energy of the drive and gives it back when it comes free: a limit on the speed would not tell the two apart.)
+    let force = run.series.vector("clamp0_force")?;
+    let (time, energy) = (run.series.column("time")?, run.series.column("total_energy")?);
+    let (mut gained, mut put_in, mut largest) = (0.0_f64, 0.0, energy[0].abs());
+    for i in 1..energy.len() {
+        let half = 0.5 * (time[i] + time[i - 1]);
+        let velocity = if half < 0.03 { [0.0005, -0.0012] } else { [-0.0005, 0.0024] }.map(|by| by / 0.03);
+        let work = (force[i][0] * velocity[0] + force[i][1] * velocity[1]) * (time[i] - time[i - 1]);
+        gained = gained.max(energy[i] - energy[i - 1] - work);
+        put_in += work;
+        largest = largest.max(energy[i].abs());
+    }
+    out.measure("energy_gain", gained / largest, |x| x <= 1e-9, "no step gains more energy than the clamp puts in");
+    out.measure("work", put_in / largest, |x| x > 0.1, "the clamp does work: the ledger is not empty");
     // the drive moves at 0.08 m/s at most
     let mass = run.series.column("strand_mass")?[0];
-    let kinetic = most(&run, "kinetic_energy")? / (0.5 * mass * 0.08 * 0.08);
-    out.measure(
-        "kinetic_energy",
-        kinetic,
-        |x| x <= 4.0,
-        "nothing shoots out: kinetic energy stays near that of the drive",
-    );
+    out.info("kinetic_energy", most(&run, "kinetic_energy")? / (0.5 * mass * 0.08 * 0.08));
     out.info("warnings", most(&run, "contact_warnings")?);
     Ok(out)
 }

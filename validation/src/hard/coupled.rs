@@ -1,4 +1,4 @@
-//! Hard scenes of films and of strands in liquid (spec 12, cases 16 to 19).
+//! Hard scenes of films and of strands in liquid (spec 12, cases 15 to 19).
 
 use super::{OVERRIDE, SceneRun};
 use crate::case::{Case, CaseError, Outcome, Params};
@@ -13,6 +13,7 @@ macro_rules! scene {
 pub fn cases() -> Vec<Case> {
     let case = |id, about, run| Case { id, about, params: OVERRIDE, run };
     vec![
+        case("hard/dense-bundle", "water thrown across strands packed to the limit", dense_bundle),
         case("hard/film-front", "a steep bulge of film runs over a dry strand", film_front),
         case("hard/film-stick-slip", "a film sticks exactly until its wall yields", film_stick_slip),
         case("hard/heavy-film", "a film of 390 times the mass of its strand", heavy_film),
@@ -35,6 +36,30 @@ fn judged(run: &SceneRun, defect: &str) -> Result<Outcome, CaseError> {
 
 fn most(run: &SceneRun, column: &str) -> Result<f64, CaseError> {
     Ok(run.series.column(column)?.iter().fold(0.0, |most: f64, x| most.max(x.abs())))
+}
+
+fn dense_bundle(params: &Params) -> Result<Outcome, CaseError> {
+    let run = SceneRun::hard(scene!("dense-bundle"), "dense-bundle.ron", params)?;
+    let mut out = judged(&run, "total_liquid_mass_defect")?;
+    let slip = run.series.column("slip_mean")?;
+    let thrown = 0.2;
+    out.measure(
+        "solid_fraction",
+        most(&run, "solid_fraction_max")?,
+        |x| x > 0.88,
+        "strands fill cells to the packing limit",
+    );
+    let rise = slip.windows(2).skip(1).map(|w| (w[1] - w[0]) / thrown).fold(0.0, f64::max);
+    out.measure("slip_rises", rise, |x| x <= 1e-3, "both move ever more alike: the slip does not rise");
+    out.measure("slip", slip[slip.len() - 1] / thrown, |x| x <= 1e-2, "at the end they move as one");
+    out.measure("fastest", most(&run, "liquid_max_speed")? / thrown, |x| x <= 2.0, "nothing flies off");
+    out.measure(
+        "momentum_defect",
+        most(&run, "momentum_defect")?,
+        |x| x <= 1e-8,
+        "momentum of the strands is accounted for",
+    );
+    Ok(out)
 }
 
 fn film_front(params: &Params) -> Result<Outcome, CaseError> {

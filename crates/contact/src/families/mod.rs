@@ -10,6 +10,6 @@ pub mod random;
 pub mod shapes;
 
 pub use bodies::{Bodies, Touch};
-pub use bundle::{Bundle, Chains, bundle};
+pub use bundle::{Beams, Bundle, Chains, bundle, squeezed_bundle};
 pub use random::{Random, random_system};
 pub use shapes::{Family, arch, boxes, capsules, chain, one_object, spheres, tower, vehicle};

@@ -8,7 +8,7 @@ use super::newton::Newton;
 use crate::block::{Vec3, norm_squared};
 use crate::law::{ContactState, classify};
 use crate::problem::residual::ResidualParts;
-use crate::problem::{ContactProblem, components};
+use crate::problem::{ContactProblem, Scaling, components};
 use crate::report::{ContactReport, Method, StageReport};
 use crate::settings::{ContactSettings, SolverChoice};
 use numerics::{SolveReport, Status};
@@ -59,8 +59,35 @@ pub fn solve(problem: &ContactProblem, warm: Option<&[Vec3]>, settings: &Contact
 }
 
 /// Solves a problem with a given method for every group.
+///
+/// Where `W` is far from one the unit step weighs one side of the law alone, and what passes may break the law by the whole
+/// free velocity. Such an answer does not count: the problem is solved again with every contact in its own scale, and the
+/// answer judged by the unit step as asked.
 #[must_use]
 pub fn solve_with(
+    problem: &ContactProblem,
+    warm: Option<&[Vec3]>,
+    settings: &ContactSettings,
+    solver: &(dyn GroupSolver + Sync),
+) -> Solution {
+    let first = solve_once(problem, warm, settings, solver);
+    let passed = first.report.solve.residual <= settings.tolerance;
+    if settings.scaling == Scaling::PerContact || first.report.status().is_converged() || !passed {
+        return first;
+    }
+    let own_scale = ContactSettings { scaling: Scaling::PerContact, ..*settings };
+    let second = solve_once(problem, None, &own_scale, solver);
+    // at the answer already: only judged
+    let mut judged = solve_once(problem, Some(&second.impulses), settings, solver);
+    if !judged.report.status().is_converged() {
+        return first;
+    }
+    judged.report.stages = second.report.stages;
+    judged.report.solve.iterations += first.report.solve.iterations + second.report.solve.iterations;
+    judged
+}
+
+fn solve_once(
     problem: &ContactProblem,
     warm: Option<&[Vec3]>,
     settings: &ContactSettings,
@@ -164,13 +191,8 @@ fn finish(
     let worst = outcomes.iter().map(|o| o.status).max_by_key(|s| s.severity()).unwrap_or(Status::Converged);
     // Impulses that run away (no solution exists) make any residual relative to them small. In velocity terms the law must
     // hold to a hundredth of the free velocity as well.
-    let violation = crate::problem::residual::residual_parts(
-        &problem.delassus,
-        &q,
-        &problem.friction,
-        &r,
-        crate::problem::Scaling::PerContact,
-    );
+    let violation =
+        crate::problem::residual::residual_parts(&problem.delassus, &q, &problem.friction, &r, Scaling::PerContact);
     let jammed = violation.map_squared > (JAMMED * JAMMED) * violation.free_squared;
     let guarded = parts.guarded_size(settings.scaling);
     let held = residual <= settings.tolerance && parts.map_squared.sqrt() <= settings.tolerance * guarded.max(0.0);

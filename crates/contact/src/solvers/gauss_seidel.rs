@@ -28,6 +28,9 @@ pub struct GaussSeidel {
     pub window: usize,
 }
 
+/// Looks at the residual between two judgements of the progress of accelerated sweeps.
+const LOOKS: usize = 10;
+
 /// Growth of the change of a sweep, relative to the smallest since the last restart, that ends an acceleration.
 const GROWTH: f64 = 2.0;
 
@@ -59,7 +62,8 @@ impl GroupSolver for GaussSeidel {
         let weights: Vec<f64> = (0..n).map(|k| group.scaling.weight(group.w, k)).collect();
         let mut sweeps = 0;
         let mut last_check = best.residual;
-        let mut slow_checks = 0;
+        // accelerated sweeps rise and fall: their progress is that of the best over this many looks
+        let mut mark = (0, best.residual);
         let mut past = Past::new(self.window, group);
         while sweeps < self.max_sweeps {
             let batch = self.check_every.clamp(1, self.max_sweeps - sweeps);
@@ -81,12 +85,18 @@ impl GroupSolver for GaussSeidel {
                 return done(Status::Converged, &best, sweeps, r);
             }
             if let Some(patience) = self.patience {
-                let rate = (residual / last_check).powf(1.0 / batch as f64);
-                let needed = (group.tolerance / residual).ln() / rate.ln();
-                // while contacts still change their states one slow batch says little
-                slow_checks = if rate < 1.0 && needed <= patience as f64 { 0 } else { slow_checks + 1 };
-                if slow_checks > if self.window > 0 { 4 } else { 0 } {
-                    return done(Status::Stalled, &best, sweeps, r);
+                let (since, before, now) = if self.window > 0 {
+                    (sweeps - mark.0, mark.1, best.residual)
+                } else {
+                    (batch, last_check, residual)
+                };
+                if since >= batch * if self.window > 0 { LOOKS } else { 1 } {
+                    let rate = (now / before).powf(1.0 / since as f64);
+                    let needed = (group.tolerance / now).ln() / rate.ln();
+                    if !(rate < 1.0 && needed <= patience as f64) {
+                        return done(Status::Stalled, &best, sweeps, r);
+                    }
+                    mark = (sweeps, best.residual);
                 }
             }
             last_check = residual;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Exit;
+use crate::out::{say, say_on};
 
 /// Arguments of `viscose plan`.
 #[derive(Args)]
@@ -21,8 +22,10 @@ impl Plan {
     pub fn run(self) -> miette::Result<Exit> {
         let loaded = runner::scene::load(&self.scene, &self.set)?;
         let plan = runner::plan::Plan::for_scene(&loaded.scene)?;
-        print!("{plan}");
-        println!("{}", runner::prepare::estimate(&loaded.scene)?);
+        let estimate = runner::prepare::estimate(&loaded.scene)?;
+        let particles = estimate.liquid.map_or(0.0, |liquid| liquid.particles);
+        say_on!("{}", plan.with_cost(estimate.vertices as f64, particles));
+        say!("{estimate}");
         Ok(Exit::Done)
     }
 }

@@ -11,13 +11,13 @@
 
 use std::time::Instant;
 
-use mpm::{LiquidError, PressureReport, ShearReport, pressure_solve, shear_solve};
+use mpm::{LiquidError, LiquidGrid, PressureReport, ShearReport, Vector, pressure_solve, shear_solve};
 use numerics::report::{SolveReport, Status};
 
 use crate::stages::Step;
 use crate::system::{Rejection, RejectionReason};
 use crate::world::World;
-use crate::world::liquid::{Flow, FlowState, finite, in_its_dimension, rejection};
+use crate::world::liquid::{Flow, FlowState, LiquidWorld, finite, in_its_dimension, rejection};
 
 const STAGE: &str = "mixture";
 
@@ -66,6 +66,29 @@ pub fn shear(world: &mut World, step: Step) -> Result<(), Rejection> {
             flow.report.prediction = Some(report);
         }
         flow.report.shear = Some(momentum(flow, state, step, predict)?);
+        Ok(())
+    })
+}
+
+/// The same step again after the start was pushed: momentum, pressure, momentum with the pressure.
+pub fn solve_again(world: &mut World, step: Step) -> Result<(), Rejection> {
+    let Some(before) = world.liquid.as_ref().map(LiquidWorld::report) else { return Ok(()) };
+    in_its_dimension!(world, |flow, state| {
+        if !state.particles.is_empty() {
+            flow.report.shear = Some(momentum(flow, state, step, false)?);
+        }
+        Ok(())
+    })?;
+    super::coupling::crowding_rate(world)?;
+    in_its_dimension!(world, |flow, state| {
+        if flow.settings.pressure.enabled {
+            flow.report.pressure = Some(project(flow, state, step, false)?);
+        }
+        Ok(())
+    })?;
+    shear_again(world, step)?;
+    in_its_dimension!(world, |flow, _state| {
+        flow.report.add(&before);
         Ok(())
     })
 }
@@ -123,9 +146,23 @@ pub fn end(world: &mut World, step: Step) -> Result<(), Rejection> {
         finite::grid(STAGE, &flow.grid)?;
         let mass = state.particles.mass.iter().sum();
         state.ledger.fell(mass, &flow.body, step.dt);
+        if flow.settings.pressure.enabled {
+            state.pressure_impulse += pressure_impulse(&flow.grid, step.dt);
+        }
+        let rate = flow.coupling.fraction_rate();
+        flow.report.mixture_divergence = flow.pressure.mixture_divergence(&flow.grid, rate);
         state.steps += 1;
         flow.coupling.clear();
         Ok(())
+    })
+}
+
+/// Momentum that the pressure gives to the faces in a step [N s].
+fn pressure_impulse<const D: usize>(grid: &LiquidGrid<D>, dt: f64) -> Vector<D> {
+    Vector::<D>::from_fn(|a, _| {
+        let face = &grid.face[a];
+        let faces = face.mass.iter().zip(&face.volume).zip(&face.pressure_gradient);
+        -dt * faces.filter(|((m, _), _)| **m > grid.mass_floor).map(|((_, v), g)| v * g).sum::<f64>()
     })
 }
 

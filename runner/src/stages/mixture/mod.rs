@@ -31,6 +31,8 @@ pub fn run(world: &mut World, step: Step) -> Result<(), Rejection> {
     liquid::shear_again(world, step)?; // 12, 14
     coupling::release_films(world)?; // 13
     coupling::press(world, step)?; // 17
+    coupling::iterate(world, step)?; // 8 to 17 again, where asked for
+    coupling::book(world, step)?;
     liquid::end(world, step)?;
     contact::resolve(world, step)?; // 1, 6, 7, 18, 19
     film::drive(world, step)?; // 5

@@ -229,6 +229,7 @@ fn flow<const D: usize>(
         sources: vec![SourceState::default(); flow.sources.len()],
         particles,
         steps: 0,
+        pressure_impulse: Vector::zeros(),
     };
     Ok((state, flow))
 }

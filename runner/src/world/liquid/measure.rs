@@ -31,6 +31,15 @@ impl<const D: usize> Flow<D> {
             let meaning = "momentum that neither sources, drains nor body forces account for: what solids gave so far";
             add(&format!("liquid_solid_impulse_{axis}"), "N s", meaning);
         }
+        for axis in &AXES[..D] {
+            let meaning = "momentum that the pressure gave so far: what walls and strands answered";
+            add(&format!("liquid_pressure_impulse_{axis}"), "N s", meaning);
+        }
+        if self.bodies.is_empty() {
+            let meaning =
+                "momentum that sources, drains, body forces, strands and the pressure do not account for, relative";
+            add("liquid_momentum_defect", "1", meaning);
+        }
         add("liquid_transfer_defect", "1", "momentum changed by the transfers of the step, relative");
         add("liquid_kinetic_energy", "J", "kinetic energy");
         add("liquid_elastic_energy", "J", "elastic energy of volume and shear");
@@ -60,6 +69,8 @@ impl<const D: usize> Flow<D> {
         if self.settings.pressure.enabled {
             add("pressure_iterations", "1", "iterations of the pressure solve");
             add("pressure_residual", "1", "relative residual of the pressure solve");
+            let meaning = "largest rate of volume of liquid and strands together at the end of the step";
+            add("liquid_mixture_divergence", "1/s", meaning);
         }
         if self.settings.resample.enabled {
             add("liquid_split", "1", "particles split in the step");
@@ -86,6 +97,10 @@ impl<const D: usize> Flow<D> {
         out.extend(totals.momentum.iter());
         out.extend(if D == 2 { vec![totals.angular_momentum[0]] } else { totals.angular_momentum.to_vec() });
         out.extend(books.solid_impulse.iter());
+        out.extend(state.pressure_impulse.iter());
+        if self.bodies.is_empty() {
+            out.push(self.momentum_defect(state, &totals, &books));
+        }
         out.push(report.transfer_defect);
         out.extend([totals.kinetic_energy, totals.elastic_energy, gravity]);
         out.push(totals.kinetic_energy + totals.elastic_energy + gravity);
@@ -114,7 +129,7 @@ impl<const D: usize> Flow<D> {
             let (iterations, residual) = pressure.fold((predicted, 0.0), |(n, r), p| {
                 (n + p.multigrid.solve.iterations, f64::max(r, p.multigrid.solve.residual))
             });
-            out.extend([iterations as f64, residual]);
+            out.extend([iterations as f64, residual, report.mixture_divergence]);
         }
         if self.settings.resample.enabled {
             out.extend([report.resample.split as f64, report.resample.merged as f64]);
@@ -154,7 +169,10 @@ impl<const D: usize> Flow<D> {
         put("liquid_solid_impulse", json!(books.solid_impulse.as_slice()));
         if self.bodies.is_empty() {
             // nothing touches the liquid: what the books miss is the error of the method
-            put("liquid_momentum_defect", json!(books.solid_impulse.norm() / self.momentum_scale(state, &totals)));
+            put("liquid_momentum_defect", json!(self.momentum_defect(state, &totals, &books)));
+            // what the pressure gave to the liquid though nothing outside pushed: strands, or the error of the free surface
+            let pressed = state.pressure_impulse.norm() / self.momentum_scale(state, &totals);
+            put("liquid_pressure_impulse", json!(pressed));
         }
         put("liquid_kinetic_energy", json!(totals.kinetic_energy));
         let energy = totals.kinetic_energy + totals.elastic_energy + self.gravity_energy(&totals);
@@ -172,6 +190,11 @@ impl<const D: usize> Flow<D> {
             + ledger.exchanged_momentum.norm()
             + ledger.body_impulse.norm();
         sum.max((2.0 * totals.mass * totals.kinetic_energy).sqrt()).max(f64::MIN_POSITIVE)
+    }
+
+    /// Momentum that no booked impulse accounts for where no solid touches the liquid, relative.
+    fn momentum_defect(&self, state: &FlowState<D>, totals: &Totals<D>, books: &LedgerReport<D>) -> f64 {
+        (books.solid_impulse - state.pressure_impulse).norm() / self.momentum_scale(state, totals)
     }
 
     fn gravity_energy(&self, totals: &Totals<D>) -> f64 {

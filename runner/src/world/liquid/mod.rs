@@ -59,6 +59,9 @@ pub struct FlowState<const D: usize> {
     pub sources: Vec<SourceState>,
     /// Steps taken with particles; it numbers their maintenance.
     pub steps: u64,
+    /// Momentum that the pressure gave to the liquid since the start: what walls and strands answered, and what a free surface
+    /// inside cells leaves over [N s].
+    pub pressure_impulse: Vector<D>,
 }
 
 /// What the scene says about the liquid, and the solvers with their scratch: nothing here survives a step.
@@ -134,6 +137,8 @@ pub struct FlowReport {
     pub shear_again: Option<ShearReport>,
     /// Final projection.
     pub projection: Option<PressureReport>,
+    /// Largest rate at which liquid and strands in a cell changed their common volume with the final velocities [1/s].
+    pub mixture_divergence: f64,
     /// Momentum that particles took from the grid in excess of what was there, relative to the sum of magnitudes.
     pub transfer_defect: f64,
     /// Particles in no liquid cell whose volume had to be set to that of no pressure.
@@ -239,6 +244,7 @@ impl<const D: usize> FlowState<D> {
         self.ledger = other.ledger;
         self.sources.clone_from(&other.sources);
         self.steps = other.steps;
+        self.pressure_impulse = other.pressure_impulse;
     }
 
     fn accepts(&self, saved: &FlowState<D>) -> Result<(), StateError> {
@@ -255,6 +261,15 @@ impl<const D: usize> FlowState<D> {
 }
 
 impl LiquidWorld {
+    /// What the stages did in the last step.
+    #[must_use]
+    pub fn report(&self) -> FlowReport {
+        match self {
+            LiquidWorld::Two(flow) => flow.report,
+            LiquidWorld::Three(flow) => flow.report,
+        }
+    }
+
     /// Iterations of all solves of the last step together.
     #[must_use]
     pub fn iterations(&self) -> usize {
@@ -275,6 +290,21 @@ impl LiquidWorld {
 }
 
 impl FlowReport {
+    /// Adds the solves of an earlier pass through the same step.
+    pub fn add(&mut self, before: &FlowReport) {
+        for (now, then) in [(&mut self.shear, before.shear), (&mut self.shear_again, before.shear_again)] {
+            if let (Some(now), Some(then)) = (now, then) {
+                now.solve = then.solve.combined(now.solve);
+                now.newton_iterations += then.newton_iterations;
+            }
+        }
+        for (now, then) in [(&mut self.pressure, before.pressure), (&mut self.projection, before.projection)] {
+            if let (Some(now), Some(then)) = (now, then) {
+                now.multigrid.solve = then.multigrid.solve.combined(now.multigrid.solve);
+            }
+        }
+    }
+
     /// Iterations of all solves together.
     #[must_use]
     pub fn iterations(&self) -> usize {

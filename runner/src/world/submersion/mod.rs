@@ -21,8 +21,9 @@ use serde::{Deserialize, Serialize};
 
 use super::BuildError;
 use super::film::FilmWorld;
+use super::liquid::{Flow, FlowState};
 use crate::scene::Scene;
-use crate::scene::time::Component;
+use crate::scene::time::{Component, CouplingSolver};
 use crate::stages::mixture::coupling::InsideEdge;
 use near::Neighbourhood;
 
@@ -36,6 +37,8 @@ pub struct SubmersionState {
     pub inside: Vec<bool>,
     /// Pressure gradient at each vertex in the last step [Pa/m].
     pub pressure_gradient: Vec<Vector3<f64>>,
+    /// Acceleration of the liquid at each vertex by all but drag in the last step [m/s²]; none where it was not in the liquid.
+    pub pull: Vec<Option<Vector3<f64>>>,
     /// Impulses between strands and liquid so far [N s].
     pub exchanged: ExchangedMomentum,
 }
@@ -77,8 +80,12 @@ pub struct Submersion {
     pub porosity: Vec<f64>,
     /// Volume ratio of the liquid around each of them.
     pub volume_ratio: Vec<f64>,
-    /// Velocity of the liquid that each of them meets [m/s].
+    /// Velocity of the liquid around each of them at the start of the step [m/s].
+    pub start_velocity: Vec<Vector3<f64>>,
+    /// Velocity that the liquid would have there at the end without drag [m/s].
     pub fluid_velocity: Vec<Vector3<f64>>,
+    /// Velocity that the liquid around each of them loses per impulse [1/kg].
+    pub recoil: Vec<f64>,
     /// Drag coefficient of every vertex [kg/s].
     pub coefficient: Vec<f64>,
     /// Velocity that the drag pulls every vertex towards [m/s].
@@ -87,6 +94,8 @@ pub struct Submersion {
     pub drag_impulse: Vec<Vector3<f64>>,
     /// Impulse of captured liquid on every vertex [N s].
     pub capture_impulse: Vec<Vector3<f64>>,
+    /// Impulse on every vertex of the film that moves with the liquid [N s].
+    pub film_impulse: Vec<Vector3<f64>>,
     /// All impulses on every vertex, those of the film's flow included [N s].
     pub impulse: Vec<Vector3<f64>>,
     /// Force of the pressure on every vertex [N].
@@ -95,6 +104,16 @@ pub struct Submersion {
     pub coefficient_in_loads: bool,
     /// Vertices that stick to the liquid below its yield stress.
     pub stuck: usize,
+    /// Mean and largest speed between vertices and the liquid around them at the end of the step [m/s].
+    pub slip: [f64; 2],
+    /// Iterations between strands and liquid.
+    pub outer: CouplingSolver,
+    /// How many were done in the last step.
+    pub outer_iterations: usize,
+    /// By how much the last one changed velocities, relative.
+    pub outer_change: f64,
+    /// Velocities of the strands in the iteration before [m/s].
+    pub previous: Vec<Vector3<f64>>,
     /// Largest share of a cell that strands took.
     pub densest: f64,
     /// Particles around vertices.
@@ -116,6 +135,7 @@ impl SubmersionState {
         SubmersionState {
             inside: vec![false; vertices],
             pressure_gradient: vec![Vector3::zeros(); vertices],
+            pull: vec![None; vertices],
             exchanged: ExchangedMomentum::default(),
         }
     }
@@ -124,6 +144,7 @@ impl SubmersionState {
     pub fn copy_from(&mut self, other: &SubmersionState) {
         self.inside.clone_from(&other.inside);
         self.pressure_gradient.clone_from(&other.pressure_gradient);
+        self.pull.clone_from(&other.pull);
         self.exchanged = other.exchanged;
     }
 }
@@ -154,15 +175,23 @@ impl Submersion {
             wet: Vec::new(),
             porosity: vec![1.0; n],
             volume_ratio: vec![1.0; n],
+            start_velocity: zeros(),
             fluid_velocity: zeros(),
+            recoil: vec![0.0; n],
             coefficient: vec![0.0; n],
             pulls_to: zeros(),
             drag_impulse: zeros(),
             capture_impulse: zeros(),
+            film_impulse: zeros(),
             impulse: zeros(),
             pressure_force: zeros(),
             coefficient_in_loads: false,
             stuck: 0,
+            slip: [0.0; 2],
+            outer: scene.solver.coupling.clone(),
+            outer_iterations: 0,
+            outer_change: 0.0,
+            previous: Vec::new(),
             densest: 0.0,
             particles: Neighbourhood::default(),
             vertices: Neighbourhood::default(),
@@ -172,12 +201,39 @@ impl Submersion {
         })
     }
 
+    /// Takes the room of the strands from the liquid that is there at the start: a tank filled around them holds that much less.
+    pub fn make_room(&self, rods: &RodSet, flow: &Flow<3>, fluid: &mut FlowState<3>) {
+        if !self.crowds || fluid.particles.is_empty() {
+            return;
+        }
+        let lattice = flow.grid.lattice();
+        let cell = lattice.dx.powi(3);
+        let mut near = Neighbourhood::default();
+        near.gather(lattice, rods.position.iter().copied(), &fluid.particles.position);
+        let mut share = vec![0.0; fluid.particles.len()];
+        for (x, volume) in rods.position.iter().zip(&self.volume) {
+            near.around(lattice, x, &fluid.particles.position, |n| share[n.index] += n.weight * volume / cell);
+        }
+        let particles = &mut fluid.particles;
+        for (p, share) in share.into_iter().enumerate().filter(|(_, share)| *share > 0.0) {
+            let left = 1.0 - share.min(DENSEST);
+            particles.rest_volume[p] *= left;
+            particles.mass[p] *= left;
+        }
+        fluid.ledger = mpm::Ledger::open(&particles.totals(&flow.materials, lattice.dx));
+    }
+
     /// Forgets the exchange of the step before.
     pub fn begin(&mut self) {
-        for list in [&mut self.drag_impulse, &mut self.capture_impulse, &mut self.pressure_force] {
+        for list in
+            [&mut self.drag_impulse, &mut self.capture_impulse, &mut self.film_impulse, &mut self.pressure_force]
+        {
             list.fill(Vector3::zeros());
         }
         self.coefficient.fill(0.0);
+        self.recoil.fill(0.0);
+        self.slip = [0.0; 2];
+        (self.outer_iterations, self.outer_change) = (1, 0.0);
         self.coefficient_in_loads = false;
         self.stuck = 0;
         self.inside_edges.clear();
@@ -187,7 +243,8 @@ impl Submersion {
     pub fn add_up(&mut self, film: Option<&FilmWorld>) {
         let flow = film.filter(|film| film.inertia.is_some()).map(|film| film.impulse.as_slice());
         for (v, sum) in self.impulse.iter_mut().enumerate() {
-            *sum = self.capture_impulse[v] + self.drag_impulse[v] + flow.map_or(Vector3::zeros(), |flow| flow[v]);
+            let taken = self.capture_impulse[v] + self.film_impulse[v];
+            *sum = taken + self.drag_impulse[v] + flow.map_or(Vector3::zeros(), |flow| flow[v]);
         }
     }
 

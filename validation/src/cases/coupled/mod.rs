@@ -2,6 +2,8 @@
 
 mod drag;
 mod exchange;
+mod porous;
+mod sink;
 mod volume;
 
 use crate::case::{Case, CaseError};
@@ -10,7 +12,16 @@ use crate::hard::SceneRun;
 /// The cases of this group.
 #[must_use]
 pub fn cases() -> Vec<Case> {
-    vec![drag::TWO_WAY, volume::VOLUME_FRACTION, exchange::WETTING_MASS, exchange::DIP_AND_PULL]
+    vec![
+        drag::TWO_WAY,
+        volume::VOLUME_FRACTION,
+        exchange::WETTING_MASS,
+        exchange::DIP_AND_PULL,
+        sink::YIELD_STICK,
+        sink::TERMINAL_VELOCITY,
+        porous::HYDROSTATIC,
+        porous::INCOMPRESSIBLE_LIMIT,
+    ]
 }
 
 /// Runs a scene that has to come to its end.

@@ -1,6 +1,6 @@
 //! Drag between strands and liquid: secant coefficients and impulses.
 
-use constitutive::drag::{DragGeometry, voidage_exponent};
+use constitutive::drag::{DragGeometry, DragLaw, voidage_exponent};
 use mpm::LiquidGrid;
 use nalgebra::Vector3;
 use particle_grid::{CENTRE, mac_offset, stencil};
@@ -22,6 +22,13 @@ const HEAVIEST: f64 = 1e12;
 /// A vertex that drag moves more easily than this many times its own mass would: rounding, or a strand about to turn.
 const LIGHTEST: f64 = 0.25;
 
+/// The coefficient of a vertex depends on how strand and liquid answer to the impulses of all: found from the impulses of the last
+/// pass, at most so often.
+const SELF_CONSISTENT: usize = 4;
+
+/// Change of the impulses at which passes end, relative to the largest.
+const SELF_CONSISTENT_TOLERANCE: f64 = 1e-4;
+
 /// Finds the vertices in the liquid and what they see of it; the pressure of the last step and the momentum of captured
 /// liquid go to the loads of the rods.
 pub fn meet(world: &mut World, step: Step) -> Result<(), Rejection> {
@@ -30,6 +37,7 @@ pub fn meet(world: &mut World, step: Step) -> Result<(), Rejection> {
         if let (Some(submersion), Some(memory)) = (&mut world.submersion, &mut world.state.submersion) {
             submersion.wet.clear();
             memory.pressure_gradient.fill(Vector3::zeros());
+            memory.pull.fill(None);
             submersion.add_up(world.film.as_ref());
         }
         return Ok(());
@@ -64,7 +72,8 @@ pub fn meet(world: &mut World, step: Step) -> Result<(), Rejection> {
             }
             let ratio = (ratio / filled).clamp(0.1, 10.0);
             // where the liquid would be at the end of the step without drag, as far as the last step tells
-            let pull = flow.body - memory.pressure_gradient[v] * (ratio / density);
+            let pull = memory.pull[v].unwrap_or(flow.body - memory.pressure_gradient[v] * (ratio / density));
+            submersion.start_velocity[v] = velocity;
             submersion.fluid_velocity[v] = velocity + pull * step.dt;
             submersion.porosity[v] = 1.0 - share.min(DENSEST);
             submersion.volume_ratio[v] = ratio;
@@ -78,7 +87,7 @@ pub fn meet(world: &mut World, step: Step) -> Result<(), Rejection> {
 /// Weights of the faces that hold liquid around a point, for one direction: kernel times mass, adding up to one. With the
 /// mass in them an impulse changes the velocities of all faces alike: those that hold next to nothing do not fly off.
 /// Returns the share of the kernel that they cover.
-fn faces(grid: &LiquidGrid<3>, x: &Vector3<f64>, axis: usize, list: &mut Vec<(usize, f64)>) -> f64 {
+pub(super) fn faces(grid: &LiquidGrid<3>, x: &Vector3<f64>, axis: usize, list: &mut Vec<(usize, f64)>) -> f64 {
     list.clear();
     let (mut sum, mut covered) = (0.0, 0.0);
     stencil(&grid.blocks, x, &mac_offset(axis), |s| {
@@ -94,7 +103,7 @@ fn faces(grid: &LiquidGrid<3>, x: &Vector3<f64>, axis: usize, list: &mut Vec<(us
 }
 
 /// Adds impulses [N s] on the vertices `wet` to numbers on the faces around them.
-fn spread(
+pub(super) fn spread(
     grid: &LiquidGrid<3>,
     positions: &[Vector3<f64>],
     wet: &[usize],
@@ -119,27 +128,11 @@ pub fn drag(world: &mut World, step: Step) -> Result<(), Rejection> {
     if both.submersion.wet.is_empty() || !both.submersion.drags {
         return Ok(());
     }
-    let dt = step.dt;
-    find_coefficients(&mut both, dt);
-    // the rods with the coefficients: implicit, elasticity and clamps and all
-    both.submersion.coefficient_in_loads = true;
-    both.strands.report = {
-        let loads = both.submersion.add_to(both.film.loads(both.gravity));
-        solve(both.strands, both.rods, dt, &loads)?
-    };
-    let Both { rods, strands, flow, fluid, submersion, .. } = both;
+    exchange(&mut both, step.dt)?;
+    let Both { rods, strands, flow, submersion, .. } = both;
     if submersion.drag_in_faces {
         coefficients_to_faces(rods, strands, flow, submersion);
         return Ok(());
-    }
-    submersion.coefficient_in_loads = false;
-    strands.stepper.velocities_into(rods, &mut submersion.vectors);
-    let mut sum = Vector3::zeros();
-    for v in &submersion.wet {
-        let relative = submersion.pulls_to[*v] - submersion.vectors[*v];
-        let r = relative * (dt * submersion.coefficient[*v]);
-        submersion.drag_impulse[*v] = r;
-        sum += r;
     }
     let mut taken = FaceNumbers::<3>::zeros(flow.grid.blocks.node_count());
     spread(&flow.grid, &rods.position, &submersion.wet, |k| submersion.drag_impulse[submersion.wet[k]], &mut taken);
@@ -152,13 +145,59 @@ pub fn drag(world: &mut World, step: Step) -> Result<(), Rejection> {
             }
         }
     }
-    fluid.ledger.exchanged(0.0, 0.0, &-sum);
     Ok(())
 }
 
-/// Drag coefficients of the vertices in the liquid.
-fn find_coefficients(both: &mut Both<'_>, dt: f64) {
-    let Both { rods, strands, film, flow, submersion, .. } = both;
+/// Impulses of drag from the rods as they are solved without it and the liquid as it would be without it
+/// (`fluid_velocity`). Nothing acts on the liquid yet.
+pub(super) fn exchange(both: &mut Both<'_>, dt: f64) -> Result<(), Rejection> {
+    let mut answers = first_answers(both, dt);
+    for _ in 0..SELF_CONSISTENT {
+        find_coefficients(both, dt, &answers);
+        // the rods with the coefficients: implicit, elasticity and clamps and all
+        both.submersion.coefficient_in_loads = true;
+        both.strands.report = {
+            let loads = both.submersion.add_to(both.film.loads(both.gravity));
+            solve(both.strands, both.rods, dt, &loads)?
+        };
+        let Both { rods, strands, submersion, .. } = &mut *both;
+        if submersion.drag_in_faces {
+            return Ok(());
+        }
+        submersion.coefficient_in_loads = false;
+        strands.stepper.velocities_into(rods, &mut submersion.vectors);
+        let (mut change, mut most) = (0.0f64, 0.0f64);
+        for (k, v) in submersion.wet.iter().enumerate() {
+            let relative = submersion.pulls_to[*v] - submersion.vectors[*v];
+            let impulse = relative * (dt * submersion.coefficient[*v]);
+            change = change.max((impulse - answers.impulse[k]).norm());
+            most = most.max(impulse.norm());
+            submersion.drag_impulse[*v] = impulse;
+            answers.impulse[k] = impulse;
+            answers.yields[k] = submersion.vectors[*v] - answers.free[k];
+        }
+        if change <= SELF_CONSISTENT_TOLERANCE * most {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Impulses on the vertices in the liquid and how the strands answer to them.
+struct Answers {
+    /// Velocities of the vertices without drag [m/s].
+    free: Vec<Vector3<f64>>,
+    /// Impulses [N s].
+    impulse: Vec<Vector3<f64>>,
+    /// Change of the velocities by them [m/s].
+    yields: Vec<Vector3<f64>>,
+    /// Speeds of the liquid past the vertices without drag [m/s], the laws of drag there and the pieces as they see them.
+    law: Vec<(f64, DragLaw, DragGeometry)>,
+}
+
+/// Drag at the velocities without it, and how the strands answer to that.
+fn first_answers(both: &mut Both<'_>, dt: f64) -> Answers {
+    let Both { rods, strands, film, submersion, .. } = both;
     let stepper = &mut strands.stepper;
     stepper.velocities_into(rods, &mut submersion.vectors);
     let mut touched: Vec<usize> = submersion.wet.iter().map(|v| rods.locate_vertex(*v).0).collect();
@@ -167,8 +206,7 @@ fn find_coefficients(both: &mut Both<'_>, dt: f64) {
 
     // drag at the relative velocity without it, along that velocity
     let count = submersion.wet.len();
-    let (mut trial, mut bodies, mut speeds) =
-        (vec![Vector3::zeros(); count], Vec::with_capacity(count), vec![0.0; count]);
+    let (mut trial, mut bodies) = (vec![Vector3::zeros(); count], Vec::with_capacity(count));
     for (k, v) in submersion.wet.iter().enumerate() {
         let (strand, i) = rods.locate_vertex(*v);
         let law = submersion.drag[film.liquid_of[strand] as usize];
@@ -182,8 +220,7 @@ fn find_coefficients(both: &mut Both<'_>, dt: f64) {
         let porosity = submersion.porosity[*v];
         let exponent = voidage_exponent(law.reynolds(speed, body.diameter, porosity));
         trial[k] = along * (dt * law.force(speed, &body, porosity, exponent).total());
-        bodies.push((law, body));
-        speeds[k] = speed;
+        bodies.push((speed, law, body));
     }
 
     // how the strands yield to it, elasticity and clamps and all
@@ -210,7 +247,15 @@ fn find_coefficients(both: &mut Both<'_>, dt: f64) {
         k = end;
     }
 
-    // how the liquid around yields to it
+    let free = submersion.wet.iter().map(|v| submersion.vectors[*v]).collect();
+    Answers { free, impulse: trial, yields, law: bodies }
+}
+
+/// Drag coefficients of the vertices in the liquid, from how strands and liquid answer to impulses.
+fn find_coefficients(both: &mut Both<'_>, dt: f64, answers: &Answers) {
+    let Both { rods, film, flow, submersion, .. } = both;
+    let trial = &answers.impulse;
+    // how the liquid around yields to them
     let grid = &flow.grid;
     let mut taken = FaceNumbers::<3>::zeros(grid.blocks.node_count());
     spread(grid, &rods.position, &submersion.wet, |k| trial[k], &mut taken);
@@ -222,6 +267,7 @@ fn find_coefficients(both: &mut Both<'_>, dt: f64) {
         let impulse = trial[k].norm();
         submersion.pulls_to[*v] = submersion.fluid_velocity[*v];
         submersion.coefficient[*v] = 0.0;
+        submersion.recoil[*v] = 0.0;
         if impulse <= 0.0 || !impulse.is_finite() {
             continue;
         }
@@ -232,12 +278,13 @@ fn find_coefficients(both: &mut Both<'_>, dt: f64) {
             recoil[a] = list.iter().map(|(node, weight)| weight * taken.0[a][*node] / grid.face[a].mass[*node]).sum();
         }
         let per_impulse = |answer: &Vector3<f64>| (answer.dot(&along) / impulse).max(0.0);
-        let strand_yields = per_impulse(&yields[k]).min(1.0 / (LIGHTEST * own));
+        let strand_yields = per_impulse(&answers.yields[k]).min(1.0 / (LIGHTEST * own));
         let liquid_yields = per_impulse(&recoil);
         let mass = 1.0 / (strand_yields + liquid_yields).max(1.0 / (HEAVIEST * own));
-        let (law, body) = &bodies[k];
-        let solved = law.solve(speeds[k], mass, dt, body, submersion.porosity[*v]);
+        let (speed, law, body) = &answers.law[k];
+        let solved = law.solve(*speed, mass, dt, body, submersion.porosity[*v]);
         submersion.stuck += usize::from(solved.stuck);
+        submersion.recoil[*v] = liquid_yields;
         let secant = solved.coefficient;
         submersion.coefficient[*v] =
             if submersion.drag_in_faces { secant } else { secant / (1.0 + dt * secant * liquid_yields) };

@@ -28,6 +28,8 @@ pub struct InsideEdge {
     pub velocity: Vector3<f64>,
     /// Speed of its film along the strand after the solves [m/s].
     pub speed: f64,
+    /// Momentum that its film gave to the liquid in the step [N s].
+    pub given: Vector3<f64>,
 }
 
 fn middle(rods: &rods::RodSet, vertex: usize) -> Vector3<f64> {
@@ -67,7 +69,15 @@ pub fn carry_films(world: &mut World, step: Step) -> Result<(), Rejection> {
             }
             let moves = (submersion.vectors[v] + submersion.vectors[v + 1]) * 0.5;
             let velocity = moves + film.tangent[edge] * state.velocity[edge];
-            submersion.inside_edges.push(InsideEdge { strand, edge, vertex: v, mass, velocity, speed: 0.0 });
+            submersion.inside_edges.push(InsideEdge {
+                strand,
+                edge,
+                vertex: v,
+                mass,
+                velocity,
+                speed: 0.0,
+                given: Vector3::zeros(),
+            });
         }
     }
     if submersion.inside_edges.is_empty() {
@@ -93,12 +103,12 @@ pub fn carry_films(world: &mut World, step: Step) -> Result<(), Rejection> {
 /// Films inside the liquid take its velocity along the strand; what the liquid got from them across it the strand loses.
 pub fn release_films(world: &mut World) -> Result<(), Rejection> {
     let Some(both) = Both::of(world) else { return Ok(()) };
-    let Both { rods, strands, film, flow, fluid, submersion, memory, ledger, .. } = both;
+    let Both { rods, strands, film, flow, submersion, .. } = both;
     if submersion.inside_edges.is_empty() {
         return Ok(());
     }
     strands.stepper.velocities_into(rods, &mut submersion.vectors);
-    let (mut gained, mut lost) = (Vector3::zeros(), Vector3::zeros());
+    submersion.film_impulse.fill(Vector3::zeros());
     for k in 0..submersion.inside_edges.len() {
         let inside = submersion.inside_edges[k];
         let x = middle(rods, inside.vertex);
@@ -107,19 +117,14 @@ pub fn release_films(world: &mut World) -> Result<(), Rejection> {
             surrounded(&flow.grid, &x, a, |node, weight| liquid[a] += weight * flow.grid.face[a].velocity[node]);
         }
         let given = (inside.velocity - liquid) * inside.mass;
-        gained += given;
         let tangent = film.tangent[inside.edge];
         let across = given - tangent * given.dot(&tangent);
-        submersion.capture_impulse[inside.vertex] -= across * 0.5;
-        submersion.capture_impulse[inside.vertex + 1] -= across * 0.5;
-        lost += across;
+        submersion.film_impulse[inside.vertex] -= across * 0.5;
+        submersion.film_impulse[inside.vertex + 1] -= across * 0.5;
         let moves = (submersion.vectors[inside.vertex] + submersion.vectors[inside.vertex + 1]) * 0.5;
         submersion.inside_edges[k].speed = (liquid - moves).dot(&tangent);
+        submersion.inside_edges[k].given = given;
     }
-    fluid.ledger.exchanged(0.0, 0.0, &gained);
-    ledger.impulse -= lost;
-    ledger.impulse_scale += lost.norm();
-    memory.exchanged.transfer -= lost;
     Ok(())
 }
 

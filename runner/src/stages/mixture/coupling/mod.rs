@@ -7,6 +7,8 @@
 //! crowding_rate  10         strands that move change the share of liquid: a source of volume for the pressure
 //! release_films  13         films inside the liquid move with it
 //! press          17         the pressure acts on the strands, which are solved anew
+//! iterate        8 to 17    once more with what the liquid really did, where the scene asks for it
+//! book           after 17   momentum that was exchanged; what pulled the liquid besides drag
 //! hold_films     after 5    films inside the liquid keep that velocity
 //! ```
 //! Drag is exchanged as impulses (spec 3.4): what a strand gets the faces lose, to round-off. Each impulse follows from the
@@ -16,11 +18,13 @@
 
 mod drag;
 mod films;
+mod iterate;
 mod pressure;
 mod volume;
 
 pub use drag::{drag, meet};
 pub use films::{InsideEdge, carry_films, hold_films, release_films};
+pub use iterate::{book, iterate};
 pub use pressure::press;
 pub use volume::{crowd, crowding_rate};
 

@@ -23,7 +23,7 @@ pub(super) fn forces(both: &mut Both<'_>) {
 /// The pressure found in this step acts on the strands; they are solved anew with it and with the impulses of drag.
 pub fn press(world: &mut World, step: Step) -> Result<(), Rejection> {
     let Some(mut both) = Both::of(world) else { return Ok(()) };
-    let mut acts = !both.submersion.wet.is_empty();
+    let mut acts = !both.submersion.wet.is_empty() || !both.submersion.inside_edges.is_empty();
     if both.submersion.presses {
         let Both { rods, flow, memory, .. } = &mut both;
         let grid = &flow.grid;
@@ -40,31 +40,9 @@ pub fn press(world: &mut World, step: Step) -> Result<(), Rejection> {
         forces(&mut both);
     }
     both.submersion.add_up(Some(both.film));
-    if !acts {
-        return Ok(());
-    }
-    both.strands.report = {
+    if acts {
         let loads = both.submersion.add_to(both.film.loads(both.gravity));
-        solve(both.strands, both.rods, step.dt, &loads)?
-    };
-    let Both { rods, strands, fluid, submersion, memory, ledger, .. } = both;
-    let mut dragged = Vector3::zeros();
-    if submersion.coefficient_in_loads {
-        // the coefficient acted within the rods: what it gave is known only now
-        strands.stepper.velocities_into(rods, &mut submersion.vectors);
-        for v in &submersion.wet {
-            let relative = submersion.pulls_to[*v] - submersion.vectors[*v];
-            dragged += relative * (step.dt * submersion.coefficient[*v]);
-        }
-        fluid.ledger.exchanged(0.0, 0.0, &-dragged);
-    } else {
-        submersion.drag_impulse.iter().for_each(|r| dragged += r);
+        both.strands.report = solve(both.strands, both.rods, step.dt, &loads)?;
     }
-    let mut pressed = Vector3::zeros();
-    submersion.pressure_force.iter().for_each(|f| pressed += f * step.dt);
-    memory.exchanged.drag += dragged;
-    memory.exchanged.pressure += pressed;
-    ledger.impulse += dragged + pressed;
-    ledger.impulse_scale += dragged.norm() + pressed.norm();
     Ok(())
 }

@@ -112,7 +112,7 @@ fn scene(draw: &mut Draw) -> String {
         material(draw),
         draw.one_of(&["Implicit", "Split", "Forced"]),
         draw.one_of(&["Symmetric", "Safe", "Newton"]),
-        draw.one_of(&["Cells", "Cells", "Particles"]),
+        draw.one_of(&["Automatic", "Automatic", "Cells", "Particles"]),
         shape.replace("SIZE", &format!("{size:e}")),
         draw.between(-speed, speed),
         -speed,

@@ -5,10 +5,6 @@ use rayon::prelude::*;
 /// Cases that miss their target today, with the figure reached. They must fail: one that passes leaves this list.
 const OPEN: &[(&str, &str)] = &[
     ("hard/curl-release", "one accepted step has a residual 10 times its tolerance"),
-    ("hard/liquid-no-air", "water at rest without room for a surface creeps at 4e-6 m/s, 1e-6 allowed"),
-    ("hard/liquid-one-particle", "one particle falls 1e-6 beside a stone's path, 1e-9 wanted"),
-    ("hard/liquid-tiny-faces", "particles behind tiny open faces move 6e-4 against each other"),
-    ("hard/liquid-coincident", "a third of the particles that start in one place still share it at the end"),
 ];
 
 /// Runs all cases of a group, and tells every failure at once.

@@ -531,6 +531,7 @@ impl<const D: usize> ShearSolver<D> {
                 kinetic += m * (u * u + fall * fall);
             }
         }
+        show(&self.ghosts, &mut self.work);
         let mut force = std::mem::take(&mut self.rhs);
         match self.chosen {
             ShearOperator::Particles => {

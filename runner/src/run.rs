@@ -275,8 +275,8 @@ fn carry_out(
     };
 
     let seconds = seconds_before + start.elapsed().as_secs_f64();
-    if stepper.state.step > 0 {
-        // where a run ends, another may begin: to resume, to extend it, or to look at what failed
+    if stepper.state.step > 0 || matches!(ending, Ending::Failed(_)) {
+        // where a run ends, another may begin: to resume, to extend it, or to look at what failed, be it the very first step
         saved_state = Some(recorder.checkpoint(&stepper.state, system.as_ref(), seconds)?);
     }
     recorder.finish()?;

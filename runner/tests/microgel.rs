@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 
 /// A sample that is prepared hastily and sheared so far that its copies pass each other.
 const SHORT: &str = "Scene(units: Si, seed: 5, output: (frames: Count(5), checkpoint: Count(7)), microgel: (
-    grains: 40, preparation: (relaxation: 0.05), record_every: 10,
+    grains: 40, preparation: (relaxation: 0.05), step_factor: 1, record_every: 10,
     experiment: Oscillation(amplitude: 0.8, relative_frequency: 0.2, pre_periods: 0.5, periods: 2, post_periods: 0.5),
 ))";
 

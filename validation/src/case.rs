@@ -44,6 +44,18 @@ pub enum ParamDefault {
     Flag(bool),
 }
 
+/// As it would be written after `--set name=`.
+impl std::fmt::Display for ParamDefault {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            ParamDefault::Number(x) => write!(f, "{x:?}"),
+            ParamDefault::Count(n) => write!(f, "{n}"),
+            ParamDefault::Text(t) => f.write_str(t),
+            ParamDefault::Flag(b) => write!(f, "{b}"),
+        }
+    }
+}
+
 impl Param {
     /// A real parameter.
     #[must_use]
@@ -402,6 +414,12 @@ impl Outcome {
             pass: true,
             why: None,
         });
+    }
+
+    /// The value of a measure, if there is one of that name.
+    #[must_use]
+    pub fn value(&self, name: &str) -> Option<f64> {
+        self.measures.iter().find(|measure| measure.name == name).map(|measure| measure.measured)
     }
 
     /// Adds a table to the report.

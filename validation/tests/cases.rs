@@ -9,6 +9,19 @@ const OPEN: &[(&str, &str)] = &[
         "hard/jammed",
         "kinetic energy 12 times that of the drive: release or energy added by friction is not told apart yet",
     ),
+    (
+        "hard/dense-bundle",
+        "water flies off a bundle at the packing limit: the rate of the volume fraction is explicit in the liquid's velocity; \
+         without it (disable VolumeFraction) the slip only falls",
+    ),
+    (
+        "coupled/yield-stick",
+        "a wire at 0.7 of its threshold passes the liquid at 0.5 % of the speed of the one that sinks (its ends at 2 %), 1e-6 wanted",
+    ),
+    (
+        "coupled/porous-hydrostatic",
+        "water among frozen strands moves at 2e-3 m/s, 2.2e-4 wanted; its pressure is right to 0.5 %",
+    ),
     ("hard/liquid-no-air", "water at rest without room for a surface creeps at 4e-6 m/s, 1e-6 allowed"),
     ("hard/liquid-one-particle", "one particle falls 1e-6 beside a stone's path, 1e-9 wanted"),
     ("hard/liquid-tiny-faces", "particles behind tiny open faces move 6e-4 against each other"),

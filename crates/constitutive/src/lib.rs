@@ -13,6 +13,7 @@
 //! tearing            plastic history of a particle: detection of tearing, torn increments, recovery
 //! drag               force of the liquid on a piece of strand, with yield sticking
 //! viscometer         rheometer experiments on one material point, and an independent reference for them
+//! wide               liquid law, tearing and recovery of four points at a time
 //! material_point     MaterialPoint: one particle by itself
 //! yarn               energy, stress and friction cones of a yarn segment
 //! fit                yield stress, consistency and index from a measured flow curve, with confidence intervals
@@ -37,6 +38,7 @@ pub mod summary;
 pub mod tearing;
 mod tensor;
 pub mod viscometer;
+pub mod wide;
 pub mod yarn;
 
 pub use equation_of_state::EquationOfState;

@@ -1,48 +1,85 @@
-//! Random systems solved by the production solver and by cone programmes: `cross_check [SYSTEMS] [SEED] [MOST_CONTACTS]`.
+//! Systems solved by the production solver and by cone programmes.
 //!
-//! Prints the quantiles of the difference and every system that does not simply agree, with what each answer breaks.
+//! `cross_check [SYSTEMS] [SEED] [MOST_CONTACTS]` makes random ones, `cross_check FILE…` reads saved ones (a scene leaves them with
+//! `contact.save_every`). Prints the quantiles of the difference and every system that does not simply agree, with what
+//! each answer breaks.
 
-use contact::cross_check::{OracleSettings, Verdict, compare};
+use contact::cross_check::{Comparison, OracleSettings, Verdict, compare};
 use contact::families::{Random, random_system};
-use contact::{ContactSettings, solve};
+use contact::{ContactProblem, ContactSettings, solve};
+use std::path::Path;
 use std::time::Instant;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let argument = |i: usize, default: usize| std::env::args().nth(i).and_then(|a| a.parse().ok()).unwrap_or(default);
-    let (systems, seed, most) = (argument(1, 40), argument(2, 1), argument(3, 24));
-    let mut random = Random::new(seed as u64);
-    let mut found = Vec::new();
-    let (mut seconds, mut resting, mut unsolved, mut violation) = (0.0, 0, 0, 0.0_f64);
-    let mut verdicts = [0usize; 4];
-    let begin = Instant::now();
-    for i in 0..systems {
-        let n = random.index(2, most + 1);
-        let dofs = random.index(3, 6 * n);
-        let p = random_system(&mut random, n, dofs, (0.0, 1.5), 0.2);
-        let t = Instant::now();
-        let ours = solve(&p, None, &ContactSettings { tolerance: 1e-10, ..ContactSettings::default() });
-        seconds += t.elapsed().as_secs_f64();
-        let c = compare(&p, &ours.impulses, &OracleSettings::default())?;
+/// What was found so far.
+#[derive(Default)]
+struct Tally {
+    differences: Vec<f64>,
+    verdicts: [usize; 4],
+    resting: usize,
+    unsolved: usize,
+    violation: f64,
+    seconds: f64,
+}
+
+impl Tally {
+    fn add(&mut self, name: &str, problem: &ContactProblem) {
+        let begin = Instant::now();
+        let ours = solve(problem, None, &ContactSettings { tolerance: 1e-10, ..ContactSettings::default() });
+        self.seconds += begin.elapsed().as_secs_f64();
         let solved = ours.report.status().is_converged();
-        unsolved += usize::from(!solved);
-        resting += usize::from(c.at_rest);
-        violation = violation.max(c.our_violation);
-        verdicts[c.verdict as usize] += 1;
-        if c.verdict != Verdict::Agree || !solved {
-            println!("{i}: {n} contacts, {dofs} freedoms, {}: {c:?}", ours.report.status());
+        self.unsolved += usize::from(!solved);
+        let found: Comparison = match compare(problem, &ours.impulses, &OracleSettings::default()) {
+            Ok(found) => found,
+            Err(error) => {
+                println!("{name}: {error}");
+                return;
+            }
+        };
+        self.resting += usize::from(found.at_rest);
+        self.violation = self.violation.max(found.our_violation);
+        self.verdicts[found.verdict as usize] += 1;
+        if found.verdict != Verdict::Agree || !solved {
+            println!("{name}: {} contacts, {}: {found:?}", problem.len(), ours.report.status());
         }
-        if matches!(c.verdict, Verdict::Agree | Verdict::Disagree) {
-            found.push(c.difference);
+        if matches!(found.verdict, Verdict::Agree | Verdict::Disagree) {
+            self.differences.push(found.difference);
         }
     }
-    found.sort_by(f64::total_cmp);
-    for q in [0.25, 0.5, 0.75, 0.9, 0.95, 0.99, 1.0] {
-        println!("{:3.0} %: {:.2e}", 100.0 * q, found[((found.len() - 1) as f64 * q).round() as usize]);
+
+    fn print(&mut self, all: f64) {
+        self.differences.sort_by(f64::total_cmp);
+        let last = self.differences.len().saturating_sub(1);
+        for q in [0.25, 0.5, 0.75, 0.9, 0.95, 0.99, 1.0] {
+            if let Some(d) = self.differences.get((last as f64 * q).round() as usize) {
+                println!("{:3.0} %: {d:.2e}", 100.0 * q);
+            }
+        }
+        let [agree, second, failed, disagree] = self.verdicts;
+        println!("agree {agree}, second solution {second}, oracle failed {failed}, disagree {disagree}");
+        println!("at rest {}, unsolved {}, our worst violation {:.1e}", self.resting, self.unsolved, self.violation);
+        println!("ours {:.2} s, all {all:.2} s", self.seconds);
     }
-    println!(
-        "agree {}, second solution {}, oracle failed {}, disagree {}; at rest {resting}, unsolved {unsolved}, our worst violation {violation:.1e}",
-        verdicts[0], verdicts[1], verdicts[2], verdicts[3]
-    );
-    println!("ours {seconds:.2} s, all {:.2} s", begin.elapsed().as_secs_f64());
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let mut tally = Tally::default();
+    let begin = Instant::now();
+    if arguments.first().is_some_and(|a| Path::new(a).is_file()) {
+        for file in &arguments {
+            tally.add(file, &contact::job::read_problem(Path::new(file))?);
+        }
+    } else {
+        let argument = |i: usize, default: usize| arguments.get(i).and_then(|a| a.parse().ok()).unwrap_or(default);
+        let (systems, seed, most) = (argument(0, 40), argument(1, 1), argument(2, 24));
+        let mut random = Random::new(seed as u64);
+        for i in 0..systems {
+            let n = random.index(2, most + 1);
+            let dofs = random.index(3, 6 * n);
+            let problem = random_system(&mut random, n, dofs, (0.0, 1.5), 0.2);
+            tally.add(&format!("{i} with {dofs} freedoms"), &problem);
+        }
+    }
+    tally.print(begin.elapsed().as_secs_f64());
     Ok(())
 }

@@ -7,6 +7,9 @@
 use crate::cell::Cell;
 use rayon::prelude::*;
 
+/// Grains per task; lists do not depend on it.
+const BLOCK: usize = 1024;
+
 /// Bins of grains over the oblique box.
 struct Bins {
     columns: usize,
@@ -57,13 +60,16 @@ impl Bins {
                 b.clamp(0.0, bins as f64 - 1.0) as usize
             }
         };
-        let bin_of: Vec<u32> = (0..n)
-            .map(|i| {
-                let v = (y[i] - bottom) / height;
-                let u = (x[i] - slope * (y[i] - bottom) - left) / width;
-                (place(v, rows, periodic[1]) * columns + place(u, columns, periodic[0])) as u32
-            })
-            .collect();
+        let bin = |i: usize| {
+            let v = (y[i] - bottom) / height;
+            let u = (x[i] - slope * (y[i] - bottom) - left) / width;
+            (place(v, rows, periodic[1]) * columns + place(u, columns, periodic[0])) as u32
+        };
+        let bin_of: Vec<u32> = if n > 4 * BLOCK && rayon::current_num_threads() > 1 {
+            (0..n).into_par_iter().with_min_len(BLOCK).map(bin).collect()
+        } else {
+            (0..n).map(bin).collect()
+        };
         let mut starts = vec![0u32; columns * rows + 1];
         for &b in &bin_of {
             starts[b as usize + 1] += 1;
@@ -141,8 +147,7 @@ fn partners(cell: &Cell, x: &[f64], y: &[f64], radius: &[f64], skin: f64, after:
         }
         (counts, list)
     };
-    const BLOCK: usize = 1024;
-    let blocks: Vec<(Vec<u32>, Vec<u32>)> = if n > 4 * BLOCK {
+    let blocks: Vec<(Vec<u32>, Vec<u32>)> = if n > 4 * BLOCK && rayon::current_num_threads() > 1 {
         (0..n.div_ceil(BLOCK)).into_par_iter().map(|b| block(b * BLOCK..((b + 1) * BLOCK).min(n))).collect()
     } else {
         vec![block(0..n)]

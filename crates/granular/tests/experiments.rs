@@ -291,3 +291,28 @@ fn binary_checkpoints_resume_bit_for_bit() {
         }
     }
 }
+
+/// Every experiment that does not oscillate has figures, and they are what the records say by elementary arithmetic.
+#[test]
+fn experiments_without_oscillation_state_their_figures() {
+    let of = |s: &Summary, name: &str| {
+        s.figures.iter().find(|f| f.name == name).unwrap_or_else(|| panic!("{name}: {:?}", s.figures)).value
+    };
+    let tau = quick(Experiment::default()).model.constants().time;
+    let (_, s) = finish(&quick(Experiment::SteadyShear { relative_rate: -0.02, strain: 0.5 }));
+    assert!(
+        (of(&s, "viscosity") * -0.02 / tau / of(&s, "shear_stress") - 1.0).abs() < 1e-9 && of(&s, "viscosity") > 0.0
+    );
+    let (_, s) = finish(&quick(Experiment::StepStrain { strain: 0.05, rise: 2.0, hold: 60.0 }));
+    let relaxed = of(&s, "relaxation_modulus");
+    assert!(relaxed < of(&s, "peak_modulus"));
+    // compliance and relaxation modulus of the same nearly elastic body
+    let (_, s) = finish(&quick(Experiment::Creep { stress: 100.0, duration: 200.0, recovery: 200.0 }));
+    assert!((of(&s, "elastic_modulus") / relaxed - 1.0).abs() < 0.35, "{} {relaxed}", of(&s, "elastic_modulus"));
+    let (r, s) = finish(&quick(Experiment::Compression { strain: 0.05, relative_rate: 0.002, hold: 50.0 }));
+    let normal = &r.signals()[0].normal;
+    assert_eq!(of(&s, "normal_stress_change"), normal.last().unwrap() - normal[0]);
+    assert!(of(&s, "compression_modulus") > 1000.0, "{:?}", s.figures);
+    let (_, s) = finish(&quick(Experiment::default()));
+    assert!(s.figures.is_empty());
+}

@@ -1,6 +1,7 @@
 //! Cost of the stages and of a whole step: shaving cream, 64 particles a cell, one thread.
 //!
-//! `cargo bench -p mpm -- mpm/step` and so on. Bytes moved per particle are printed beside each set-up.
+//! `cargo bench -p mpm --bench stages -- mpm/step` and so on; `MPM_BENCH_SIZES=10000,100000` picks the sizes. For each set-up a table
+//! says how many bytes a stage must move at least (every array once), and which share of the bandwidth of the memory that is.
 
 use constitutive::{LawSettings, Liquid};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
@@ -12,6 +13,7 @@ use mpm::{
     PressureSolver, ShearSolver, Vector, fill, grid_to_particles, particles_to_grid, shear_solve, weights,
 };
 use particle_grid::Lattice;
+use std::time::Instant;
 
 /// A falling column of shaving cream of about `count` particles, 64 to a cell, as the stream of the reference scene.
 fn column(count: usize) -> (Lattice<3>, Vec<LiquidMaterial>, Particles<3>) {
@@ -33,12 +35,47 @@ fn column(count: usize) -> (Lattice<3>, Vec<LiquidMaterial>, Particles<3>) {
     (lattice, materials, particles)
 }
 
+/// Bandwidth of the memory for one thread [B/s]: `a = b + s c` over arrays far larger than any cache.
+fn bandwidth() -> f64 {
+    let n = 1 << 23;
+    let (mut a, b, c) = (vec![0.0f64; n], vec![1.0f64; n], vec![2.0f64; n]);
+    let mut best = f64::INFINITY;
+    for k in 0..5 {
+        let start = Instant::now();
+        for ((a, b), c) in a.iter_mut().zip(&b).zip(&c) {
+            *a = b + f64::from(k) * c;
+        }
+        best = best.min(start.elapsed().as_secs_f64());
+        std::hint::black_box(&a);
+    }
+    24.0 * n as f64 / best
+}
+
+/// Times some work and prints how much of the memory's bandwidth it uses.
+fn moved(name: &str, n: usize, bytes: f64, memory: f64, mut work: impl FnMut()) {
+    let mut best = f64::INFINITY;
+    for _ in 0..3 {
+        let start = Instant::now();
+        work();
+        best = best.min(start.elapsed().as_secs_f64());
+    }
+    println!(
+        "{name:>24} {n:>8}: {:7.1} ns a particle, {:7.1} bytes a particle, {:6.2} GB/s, {:5.1} % of {:.1} GB/s",
+        1e9 * best / n as f64,
+        bytes / n as f64,
+        1e-9 * bytes / best,
+        100.0 * bytes / best / memory,
+        1e-9 * memory
+    );
+}
+
 fn stages(c: &mut Criterion) {
     let single = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let settings = LiquidSettings::default();
     let floor = [HalfSpace { point: Vector::<3>::zeros(), normal: Vector::<3>::z(), stick: 1.0 }];
     let body = Vector::<3>::new(0.0, 0.0, -9.81);
     let dt = 1e-3;
+    let memory = bandwidth();
     let sizes: Vec<usize> = match std::env::var("MPM_BENCH_SIZES") {
         Ok(s) => s.split(',').filter_map(|n| n.parse().ok()).collect(),
         Err(_) => vec![10_000, 100_000, 1_000_000],
@@ -108,17 +145,43 @@ fn stages(c: &mut Criterion) {
                 })
             });
         });
+        let nodes = (8 * grid.blocks.node_count()) as f64;
+        let held = particles.bytes() as f64;
+        single.install(|| {
+            // keys, bins and places once; the arrays read and written
+            moved("sort (all moved)", n, 2.0 * held + 16.0 * n as f64, memory, || {
+                particles.position.reverse();
+                particles_to_grid::activate(&mut particles, &materials, &[], &mut grid).unwrap();
+            });
+            // per component position, velocity, affine, mass, volume, stress; four lanes a node
+            moved("p2g", n, 648.0 * n as f64 + 42.0 * n as f64 + 16.0 * nodes, memory, || {
+                particles_to_grid::particles_to_grid(&particles, &materials, Some(&shear.state), &mut grid);
+            });
+            let mut copy = particles.clone();
+            moved("g2p", n, 120.0 * n as f64 + 3.0 * nodes, memory, || {
+                grid_to_particles::grid_to_particles(&mut copy, &grid, &settings.damping);
+            });
+            moved("shear_apply/quadrature", n, quadrature.bytes() as f64 + 6.0 * nodes, memory, || {
+                quadrature.apply(&grid, &q, &mut out, &mut scratch);
+            });
+        });
+        // The arrays have to be as they were.
+        (_, _, particles) = column(size);
+        particles_to_grid::activate(&mut particles, &materials, &[], &mut grid).unwrap();
+        shear.prepare(&particles, &materials, dt, &settings.shear).unwrap();
+        particles_to_grid::particles_to_grid(&particles, &materials, Some(&shear.state), &mut grid);
+        weights::weights(&mut grid, &floor, None, &settings.pressure).unwrap();
+        shear_solve::impose_walls(&mut grid);
         let mut pressure = PressureSolver::default();
         group.bench_function(BenchmarkId::new("pressure_solve", n), |b| {
             b.iter(|| {
                 single.install(|| {
                     pressure.build(&grid, dt, &settings.pressure);
-                    pressure.solve(&mut grid, None, dt, true, &settings.pressure).unwrap()
+                    pressure.solve(&mut grid, None, dt, &settings.pressure).unwrap()
                 })
             });
         });
-        for (name, operator) in [("step", ShearOperator::CellQuadrature), ("step/particles", ShearOperator::Particles)]
-        {
+        for (name, operator) in [("step", ShearOperator::Automatic), ("step/particles", ShearOperator::Particles)] {
             let settings = LiquidSettings { shear: ShearSettings { operator, ..settings.shear }, ..settings };
             let mut stepper = LiquidStepper::new(lattice);
             let mut copy = particles.clone();
@@ -136,6 +199,13 @@ fn stages(c: &mut Criterion) {
                             stepper.advance(&mut copy, &materials, &floor, &floor, &body, dt, k, &settings).unwrap(),
                         );
                     });
+                });
+            });
+            let mut again = particles.clone();
+            let bytes = 4.0 * held + 28.0 * nodes;
+            moved(name, n, bytes, memory, || {
+                single.install(|| {
+                    stepper.advance(&mut again, &materials, &floor, &floor, &body, dt, 1, &settings).unwrap()
                 });
             });
             if let Some(r) = last {

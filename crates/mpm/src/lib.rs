@@ -13,6 +13,7 @@
 //! pressure_solve     stage 6   volume
 //! grid_to_particles  stage 7   velocities and affine matrices
 //! deformation        stage 8   volume ratio and trial strain
+//! tension            stage 8   volume ratios that no pressure watches
 //! advect             stage 9   positions
 //! liquid_plasticity  stage 10  plastic flow
 //! recovery           stage 12  healing
@@ -26,6 +27,7 @@
 //! All stages are deterministic for any number of threads. Everything is SI; in 2-D all quantities are per metre of depth.
 
 pub mod advect;
+mod arrays;
 pub mod deformation;
 pub mod error;
 pub mod fill;
@@ -51,6 +53,7 @@ pub mod solid;
 pub mod source;
 pub mod step;
 pub mod tearing;
+pub mod tension;
 pub mod time_step;
 pub mod weights;
 

@@ -170,7 +170,12 @@ impl<const D: usize> Particles<D> {
     }
 
     /// Adds a particle under a new identity (the one in `p` is ignored).
+    ///
+    /// Arrays grow by an eighth at a time: a liquid holds hundreds of bytes a particle, and doubling would keep twice that.
     pub fn push(&mut self, p: Particle<D>) {
+        if self.position.len() == self.position.capacity() {
+            self.reserve(self.len() / 8 + 64);
+        }
         self.position.push(p.position);
         self.velocity.push(p.velocity);
         self.affine.push(p.affine);
@@ -187,6 +192,25 @@ impl<const D: usize> Particles<D> {
         self.flags.push(p.flags);
         self.id.push(self.next_id);
         self.next_id += 1;
+    }
+
+    /// Makes room for more particles, and no more than that.
+    fn reserve(&mut self, more: usize) {
+        self.position.reserve_exact(more);
+        self.velocity.reserve_exact(more);
+        self.affine.reserve_exact(more);
+        self.mass.reserve_exact(more);
+        self.rest_volume.reserve_exact(more);
+        self.volume_ratio.reserve_exact(more);
+        if self.carried.strain {
+            self.elastic_strain.reserve_exact(more);
+        }
+        if self.carried.history {
+            self.deformation_gradient.reserve_exact(more);
+        }
+        self.material.reserve_exact(more);
+        self.flags.reserve_exact(more);
+        self.id.reserve_exact(more);
     }
 
     /// A copy of one particle.

@@ -1,5 +1,6 @@
 //! Stage 3: mass, momentum, volume and shear force of the particles on the faces; volume ratio and fill of the cells.
 
+use crate::arrays;
 use crate::grid::LiquidGrid;
 use crate::material::{LiquidMaterial, check_materials};
 use crate::particles::Particles;
@@ -55,7 +56,7 @@ pub fn particles_to_grid<const D: usize>(
     let per = cells_per_block::<D>();
     let lattice = *grid.lattice();
     let affine_inverse = 4.0 / (lattice.dx * lattice.dx);
-    grid.lanes.resize(n, Lanes::ZERO);
+    arrays::resize(&mut grid.lanes, n, Lanes::ZERO);
     for a in 0..D {
         // mass, momentum, volume, shear force
         let give = |p: usize| {
@@ -74,10 +75,10 @@ pub fn particles_to_grid<const D: usize>(
         scatter(&grid.blocks, &grid.order, &particles.position, &offset, give, &mut grid.scatter, &mut grid.lanes);
         let face = &mut grid.face[a];
         for field in [&mut face.mass, &mut face.velocity, &mut face.volume, &mut face.shear_force] {
-            field.resize(n, 0.0);
+            arrays::resize(field, n, 0.0);
         }
         face.pressure_gradient.clear();
-        face.pressure_gradient.resize(n, 0.0);
+        arrays::resize(&mut face.pressure_gradient, n, 0.0);
         let floor = grid.mass_floor;
         grid.lanes
             .par_chunks(per)
@@ -107,10 +108,10 @@ pub fn particles_to_grid<const D: usize>(
     scatter(&grid.blocks, &grid.order, &particles.position, &offset, give, &mut grid.scatter, &mut grid.lanes);
     let cell = &mut grid.cell;
     for field in [&mut cell.liquid_fraction, &mut cell.volume_ratio, &mut cell.compliance] {
-        field.resize(n, 0.0);
+        arrays::resize(field, n, 0.0);
     }
     cell.pressure.clear();
-    cell.pressure.resize(n, 0.0);
+    arrays::resize(&mut cell.pressure, n, 0.0);
     let inverse_volume = 1.0 / lattice.dx.powi(D as i32);
     for i in 0..n {
         let [w, wj, v, c] = grid.lanes[i].0;

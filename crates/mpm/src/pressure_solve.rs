@@ -4,19 +4,29 @@
 //! `[ω/(dt κg) + (dt/dx²) Σ ω_g/(ρ_g θ_g)] p − (dt/dx²) Σ (ω_g/ρ_g) p_nb = ω p^n/(dt κg) − div u* − ω (Dε_f/Dt)/ε_f`.
 //! Liquid whose volume is rigid loses the compliance term; regions closed on all sides then determine the pressure up to a
 //! constant, which is removed, and the part of the right-hand side that no pressure can meet is reported.
+//!
+//! *Prediction.* A shear solve that knows nothing of the pressure lets the liquid fall freely for a step, and walls that hold it
+//! then drag on this motion: liquid at rest creeps, at up to `g dt` where it is viscous. The pressure of the free motion is therefore
+//! found first, to a loose tolerance, and acts in the shear solve; what is left is solved for after it. With `p = p₁ + δ` and
+//! velocities `u*` that know `p₁`, the remainder obeys the same operator:
+//! `[…] δ − … = ω (p^n − p₁)/(dt κg) − div u* − …`.
 
 use crate::LiquidError;
 use crate::grid::{FaceFields, LiquidGrid};
 use crate::settings::PressureSettings;
-use numerics::multigrid::{Multigrid, MultigridReport};
+use numerics::multigrid::{Multigrid, MultigridReport, MultigridSettings};
 use numerics::multigrid_system::{CellRow, CellSystem, NO_CELL, ZeroFace};
 use numerics::report::Status;
+use numerics::tensor::Vector;
 use particle_grid::NONE;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Layers of faces outside the liquid that its particles can reach.
 const CONTINUED_LAYERS: usize = 2;
+
+/// Relative residual at which the prediction stops: it only has to tell the shear solve what the pressure will balance.
+const PREDICTION_TOLERANCE: f64 = 1e-3;
 
 /// What a pressure solve says.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,6 +53,24 @@ pub struct PressureSolver<const D: usize> {
     known: Vec<bool>,
     continued: Vec<(u32, f64)>,
     built: bool,
+    /// Pressure and gradient that already act on the velocities, where [`Self::correct`] solves for the rest only.
+    first: Option<First<D>>,
+    spare: First<D>,
+    /// Largest right-hand side of the first solve of the step: what tolerances are relative to [1/s].
+    size: f64,
+}
+
+/// Pressure per unknown and its gradient per face.
+#[derive(Clone, Debug)]
+struct First<const D: usize> {
+    pressure: Vec<f64>,
+    gradient: [Vec<f64>; D],
+}
+
+impl<const D: usize> Default for First<D> {
+    fn default() -> Self {
+        Self { pressure: Vec::new(), gradient: std::array::from_fn(|_| Vec::new()) }
+    }
 }
 
 impl<const D: usize> PressureSolver<D> {
@@ -97,6 +125,89 @@ impl<const D: usize> PressureSolver<D> {
         });
         self.multigrid.build(&self.system, &settings.multigrid);
         self.built = true;
+        self.forget();
+    }
+
+    /// Forgets what [`Self::predict`] found.
+    fn forget(&mut self) {
+        if let Some(first) = self.first.take() {
+            self.spare = first;
+        }
+    }
+
+    /// Keeps the pressure on the grid as the part that acts already.
+    fn remember(&mut self, grid: &LiquidGrid<D>) {
+        self.forget();
+        let mut first = std::mem::take(&mut self.spare);
+        first.pressure.clear();
+        first.pressure.extend(self.node.iter().map(|&cell| grid.cell.pressure[cell as usize]));
+        for (kept, face) in first.gradient.iter_mut().zip(&grid.face) {
+            kept.clone_from(&face.pressure_gradient);
+        }
+        self.first = Some(first);
+    }
+
+    /// Solves for the pressure of the free motion over the step, from the velocities at its start, and leaves its gradient on the
+    /// faces for the shear solve. [`Self::correct`] finds the rest. The face velocities are those of the free motion afterwards.
+    ///
+    /// # Errors
+    /// Where numbers are not finite.
+    pub fn predict(
+        &mut self,
+        grid: &mut LiquidGrid<D>,
+        body: &Vector<D>,
+        fraction_rate: Option<&[f64]>,
+        dt: f64,
+        settings: &PressureSettings,
+    ) -> Result<PressureReport, LiquidError> {
+        let floor = grid.mass_floor;
+        for (a, face) in grid.face.iter_mut().enumerate() {
+            for (u, m) in face.velocity.iter_mut().zip(&face.mass) {
+                *u += if *m > floor { dt * body[a] } else { 0.0 };
+            }
+        }
+        crate::shear_solve::follow_walls(grid);
+        let loose = MultigridSettings {
+            tolerance: settings.multigrid.tolerance.max(PREDICTION_TOLERANCE),
+            ..settings.multigrid
+        };
+        let report = self.solve(grid, fraction_rate, dt, &PressureSettings { multigrid: loose, ..*settings })?;
+        self.remember(grid);
+        Ok(report)
+    }
+
+    /// Solves for what is left of the pressure after velocities were found that know the pressure on the grid (of
+    /// [`Self::predict`] or [`Self::solve`]), corrects them, and leaves the whole pressure and its gradient on the grid.
+    ///
+    /// # Errors
+    /// Where numbers are not finite.
+    pub fn correct(
+        &mut self,
+        grid: &mut LiquidGrid<D>,
+        fraction_rate: Option<&[f64]>,
+        dt: f64,
+        settings: &PressureSettings,
+    ) -> Result<PressureReport, LiquidError> {
+        if self.first.is_none() {
+            self.remember(grid);
+        }
+        let mut report = self.solve(grid, fraction_rate, dt, settings)?;
+        correct_velocities(grid, dt);
+        if let Some(first) = &self.first {
+            report.max_pressure = 0.0;
+            for (&cell, p) in self.node.iter().zip(&first.pressure) {
+                let pressure = &mut grid.cell.pressure[cell as usize];
+                *pressure += p;
+                report.max_pressure = report.max_pressure.max(*pressure);
+            }
+            for (face, kept) in grid.face.iter_mut().zip(&first.gradient) {
+                for (g, k) in face.pressure_gradient.iter_mut().zip(kept) {
+                    *g += k;
+                }
+            }
+        }
+        self.forget();
+        Ok(report)
     }
 
     fn has_open_face(&self, grid: &LiquidGrid<D>, cell: usize) -> bool {
@@ -126,7 +237,6 @@ impl<const D: usize> PressureSolver<D> {
     /// Solves for the pressure that corrects the current face velocities; writes pressure and its gradient to the grid.
     ///
     /// - `fraction_rate`: `(1/ε_f) Dε_f/Dt` of each cell, if strands move through the liquid [1/s]
-    /// - `elastic`: whether the compressed state of the liquid drives the pressure (off for a correction on top)
     ///
     /// # Errors
     /// Where numbers are not finite.
@@ -135,7 +245,6 @@ impl<const D: usize> PressureSolver<D> {
         grid: &mut LiquidGrid<D>,
         fraction_rate: Option<&[f64]>,
         dt: f64,
-        elastic: bool,
         settings: &PressureSettings,
     ) -> Result<PressureReport, LiquidError> {
         if !self.built {
@@ -145,23 +254,27 @@ impl<const D: usize> PressureSolver<D> {
         self.rhs.resize(n, 0.0);
         self.solution.resize(n, 0.0);
         let view = &*grid;
+        let first = self.first.as_ref().map(|f| f.pressure.as_slice());
         let max_divergence = self
             .rhs
             .par_iter_mut()
             .zip(self.solution.par_iter_mut())
             .zip(&self.node)
             .zip(&self.system.rows)
+            .enumerate()
             .with_min_len(512)
-            .map(|(((b, x), &cell), row)| {
+            .map(|(k, (((b, x), &cell), row))| {
                 let cell = cell as usize;
                 let divergence = Self::divergence(view, cell);
                 *b = -divergence;
                 *x = 0.0;
-                if elastic && view.cell.compliance[cell] > 0.0 {
+                if view.cell.compliance[cell] > 0.0 {
                     let j = view.cell.volume_ratio[cell].clamp(0.1, 10.0);
                     let pressure = 0.5 * (1.0 - j) * (1.0 + j) / j / view.cell.compliance[cell];
-                    *b += row.own * pressure;
-                    *x = pressure;
+                    // What acts already is no part of the unknown.
+                    let acting = first.map_or(0.0, |p| p[k]);
+                    *b += row.own * (pressure - acting);
+                    *x = if first.is_some() { 0.0 } else { pressure };
                 }
                 if let Some(rate) = fraction_rate {
                     let open: f64 = (0..D)
@@ -173,7 +286,19 @@ impl<const D: usize> PressureSolver<D> {
                 divergence.abs()
             })
             .reduce(|| 0.0, f64::max);
-        let multigrid = self.multigrid.solve(&self.rhs, &mut self.solution, &settings.multigrid);
+        let own = numerics::reduce::norm_max(&self.rhs);
+        let mut solver = settings.multigrid;
+        if self.first.is_none() {
+            self.size = own;
+        } else if own < self.size {
+            // A remainder needs no more digits than the whole.
+            solver.tolerance = (solver.tolerance * self.size / own).min(0.5);
+        }
+        let mut multigrid = self.multigrid.solve(&self.rhs, &mut self.solution, &solver);
+        if self.first.is_some() && own < self.size {
+            multigrid.solve.residual *= own / self.size;
+            multigrid.solve.tolerance = settings.multigrid.tolerance;
+        }
         if multigrid.solve.status == Status::NonFinite || self.solution.iter().any(|p| !p.is_finite()) {
             return Err(LiquidError::NonFinite { solve: "pressure" });
         }

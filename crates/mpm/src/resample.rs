@@ -53,6 +53,7 @@ pub struct ResampleReport {
 /// Scratch of the stage.
 #[derive(Clone, Debug, Default)]
 pub struct ResampleScratch<const D: usize> {
+    radius: Vec<f64>,
     shift: Vec<Vector<D>>,
     twist: Vec<Tensor<D>>,
     gone: Vec<bool>,
@@ -312,11 +313,14 @@ fn spread<const D: usize>(
     // Weight of a neighbour at the spacing of the sub-lattice, whose square over that of the range is that of unit volume.
     let regular = (1.0 - 0.25 / radius::<D>(1.0).powi(2)).max(0.0).powi(3) * (1.0 + 1e-9);
     let n = particles.len();
+    scratch.radius.clear();
+    scratch.radius.extend((0..n).map(|p| radius::<D>(particles.volume(p))));
     scratch.shift.clear();
     scratch.shift.resize(n, Vector::zeros());
     scratch.twist.clear();
     scratch.twist.resize(n, Tensor::zeros());
     let view = &*particles;
+    let radii = &scratch.radius;
     let shifts = grid.order.split(&mut scratch.shift);
     let twists = grid.order.split(&mut scratch.twist);
     let is_interior = |x: &Vector<D>| {
@@ -329,23 +333,37 @@ fn spread<const D: usize>(
         .enumerate()
         .map(|(rank, (shifts, twists))| {
             let mut moved = 0;
+            let mut places = Vec::new();
             let start = grid.order.block_range(rank).start;
             let block = grid.blocks.occupied()[rank] as usize;
             for cell in 0..per {
                 if !interior[block * per + cell] {
+                    let range = grid.order.cell_range(rank, cell);
+                    moved += part_coincident(
+                        view,
+                        radii,
+                        range,
+                        start,
+                        step_index,
+                        twist_factor,
+                        shifts,
+                        twists,
+                        &mut places,
+                    );
                     continue;
                 }
                 for p in grid.order.cell_range(rank, cell) {
                     let x = view.position[p];
-                    let own = radius::<D>(view.volume(p));
+                    let own = radii[p];
+                    let reach = (2.5 * own).min(lattice.dx);
                     let (mut shift, mut twist) = (Vector::<D>::zeros(), Tensor::<D>::zeros());
-                    for_near(grid, &x, (2.5 * own).min(lattice.dx), |q| {
-                        if q == p {
-                            return;
-                        }
+                    for_near(grid, &x, reach, |q| {
                         let d = lattice.displacement(&x, &view.position[q]);
                         let r2 = d.norm_squared();
-                        let other = radius::<D>(view.volume(q));
+                        if r2 >= reach * reach || q == p {
+                            return;
+                        }
+                        let other = radii[q];
                         // Both of a pair must find each other: the range is symmetric and within the search of both.
                         let range = (2.0 * (own * other).sqrt()).min(2.5 * own.min(other)).min(lattice.dx);
                         if r2 >= range * range || !is_interior(&view.position[q]) {
@@ -357,14 +375,7 @@ fn spread<const D: usize>(
                         if push <= 0.0 {
                             return;
                         }
-                        let direction = if r2 > 0.0 {
-                            d / r2.sqrt()
-                        } else {
-                            // Coincident: the pair agrees on a direction through its identities.
-                            let (a, b) = (view.id[p].min(view.id[q]), view.id[p].max(view.id[q]));
-                            let away = pattern::<D>(2, hash(&[step_index, a, b]))[0].normalize();
-                            if view.id[p] < view.id[q] { away } else { -away }
-                        };
+                        let direction = if r2 > 0.0 { d / r2.sqrt() } else { away(view.id[p], view.id[q], step_index) };
                         let mass = 2.0 * view.mass[q] / (view.mass[p] + view.mass[q]);
                         let step = direction * (strength * push * range * mass);
                         shift += step;
@@ -388,6 +399,58 @@ fn spread<const D: usize>(
         for x in &mut particles.position {
             lattice.wrap(x);
         }
+    }
+    moved
+}
+
+/// Direction in which the first of two coincident particles gives way to the second: the pair agrees on it through its identities.
+fn away<const D: usize>(first: u64, second: u64, step_index: u64) -> Vector<D> {
+    let direction = pattern::<D>(2, hash(&[step_index, first.min(second), first.max(second)]))[0].normalize();
+    if first < second { direction } else { -direction }
+}
+
+/// Share of their radius by which particles in exactly the same place near the surface give way to each other.
+const PARTING: f64 = 0.1;
+
+/// Parts particles of a cell that are in exactly the same place; returns how many moved.
+///
+/// Near the surface nothing is spread, because shifts would change its shape; but particles that coincide would stay together for good: the
+/// grid gives them the same velocity for ever.
+#[expect(clippy::too_many_arguments, reason = "views of one state")]
+fn part_coincident<const D: usize>(
+    view: &Particles<D>,
+    radii: &[f64],
+    range: std::ops::Range<usize>,
+    start: usize,
+    step_index: u64,
+    twist_factor: f64,
+    shifts: &mut [Vector<D>],
+    twists: &mut [Tensor<D>],
+    places: &mut Vec<usize>,
+) -> usize {
+    places.clear();
+    places.extend(range);
+    let order = |a: &usize, b: &usize| {
+        let (x, y) = (&view.position[*a], &view.position[*b]);
+        (0..D).map(|k| x[k].total_cmp(&y[k])).find(|o| o.is_ne()).unwrap_or(a.cmp(b))
+    };
+    places.sort_unstable_by(order);
+    let mut moved = 0;
+    for pair in places.windows(2) {
+        let (p, q) = (pair[0], pair[1]);
+        if view.position[p] != view.position[q] {
+            continue;
+        }
+        // Three in one place are two pairs: each moves for each.
+        let direction = away::<D>(view.id[p], view.id[q], step_index);
+        let size = PARTING * radii[p].min(radii[q]);
+        let mass = view.mass[p] + view.mass[q];
+        for (one, other, sign) in [(p, q, 1.0), (q, p, -1.0)] {
+            let step = direction * (sign * size * view.mass[other] / mass);
+            shifts[one - start] += step;
+            twists[one - start] -= (view.velocity[one] - view.velocity[other]) * step.transpose() * twist_factor;
+        }
+        moved += 2;
     }
     moved
 }

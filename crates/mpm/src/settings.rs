@@ -8,10 +8,13 @@ use serde::{Deserialize, Serialize};
 /// Where the shear operator takes its material from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ShearOperator {
+    /// Points in cells where the step is short enough against the elastic waves for them to be safe, particles elsewhere: see
+    /// [`crate::shear_solve::SAFE_STIFFNESS`].
+    #[default]
+    Automatic,
     /// Every product goes through every particle: the reference.
     Particles,
     /// Tangents are summed once per solve into `2^D` points a cell; products cost some tens of times less.
-    #[default]
     CellQuadrature,
 }
 
@@ -73,6 +76,9 @@ pub struct PressureSettings {
     pub enabled: bool,
     /// Smallest distance of the free surface from a cell centre, in cells [1]; keeps the equation definite.
     pub ghost_floor: f64,
+    /// Solve for the pressure of the free motion first, so that the shear solve knows what the pressure will balance. Without it,
+    /// walls that hold the liquid drag on its free fall and liquid at rest creeps by up to `g dt`.
+    pub predict: bool,
     /// Share of a cell that liquid must fill for the cell to count as liquid [1], 0 to 1; one half puts the surface where the
     /// volume says.
     pub liquid_threshold: f64,
@@ -87,6 +93,7 @@ impl Default for PressureSettings {
         Self {
             enabled: true,
             ghost_floor: 0.01,
+            predict: true,
             liquid_threshold: 0.5,
             project_last: false,
             multigrid: MultigridSettings::default(),

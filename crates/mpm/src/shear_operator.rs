@@ -57,6 +57,27 @@ pub(crate) fn through_tiles<const D: usize>(
     }
 }
 
+/// Lets `work` fill tiles of results and adds them up into `out`.
+pub(crate) fn into_tiles<const D: usize>(
+    grid: &LiquidGrid<D>,
+    out: &mut [f64],
+    scratch: &mut OperatorScratch,
+    work: impl Fn(usize, &mut [f64]) + Sync,
+) {
+    let blocks = &grid.blocks;
+    let n = blocks.node_count();
+    let len = padded_len::<D>();
+    let stride = len * D;
+    scratch.tiles.resize(blocks.occupied().len() * stride, 0.0);
+    scratch.tiles.par_chunks_mut(stride).enumerate().for_each(|(rank, result)| {
+        result.fill(0.0);
+        work(rank, result);
+    });
+    for (a, out) in out.chunks_mut(n.max(1)).enumerate().take(D) {
+        tile::sum(blocks, &scratch.tiles, stride, a * len, out);
+    }
+}
+
 /// Position of a particle relative to its block [cells].
 #[inline(always)]
 fn local<const D: usize>(grid: &LiquidGrid<D>, order: &ParticleOrder<D>, rank: usize, x: &Vector<D>) -> [f64; D] {
@@ -167,8 +188,7 @@ pub fn diagonal_particles<const D: usize>(
     let len = padded_len::<D>();
     let scale = 4.0 / grid.lattice().dx;
     let (ny, nz) = (if D > 1 { 3 } else { 1 }, if D > 2 { 3 } else { 1 });
-    let nothing = vec![0.0; grid.blocks.node_count() * D];
-    through_tiles(grid, &nothing, out, scratch, |rank, _, result| {
+    into_tiles(grid, out, scratch, |rank, result| {
         for p in grid.order.block_range(rank) {
             let x = local(grid, &grid.order, rank, &particles.position[p]);
             let tangent: &PointTangent<D> = &state.tangent[p];

@@ -8,10 +8,11 @@
 //! over the stencil factorise into one direction after the other, with values and slopes of both points of a direction side by side
 //! in one vector register.
 
+use crate::arrays;
 use crate::grid::LiquidGrid;
 use crate::particles::Particles;
-use crate::shear_operator::{OperatorScratch, through_tiles};
-use crate::shear_state::{PointTangent, ShearState};
+use crate::shear_operator::{OperatorScratch, into_tiles, through_tiles};
+use crate::shear_state::{PointTangent, ShearState, symmetric_index};
 use particle_grid::tile::{ROW, WIDTH, padded_len};
 use particle_grid::{BLOCK, BlockGrid, Lanes, NONE, cells_per_block, vectorised};
 use rayon::prelude::*;
@@ -50,6 +51,8 @@ fn pair<const D: usize>(k: usize) -> (usize, usize) {
 pub struct Quadrature<const D: usize> {
     /// Per occupied block, cell, number and point.
     data: Vec<f64>,
+    /// Per occupied block, cell and point: summed coefficients of `sym G` if nothing flowed.
+    elastic: Vec<f64>,
     /// Per occupied block, bit set of the cells that hold anything.
     cells: Vec<u64>,
 }
@@ -88,31 +91,51 @@ const fn line(faced: bool) -> Line {
     out
 }
 
-const FACED: Line = line(true);
-const CENTRED: Line = line(false);
-
-const fn line_of(component: usize, axis: usize) -> &'static Line {
-    if component == axis { &FACED } else { &CENTRED }
+/// Squares of weights and slopes: what a diagonal needs.
+const fn squared(of: &Line) -> Line {
+    let mut out = Line { weight: [[0.0; 4]; 2], slope: [[0.0; 4]; 2] };
+    let mut k = 0;
+    while k < 8 {
+        let (p, i) = (k / 4, k % 4);
+        out.weight[p][i] = of.weight[p][i] * of.weight[p][i];
+        out.slope[p][i] = of.slope[p][i] * of.slope[p][i];
+        k += 1;
+    }
+    out
 }
 
-/// Along x: for node `i` the lanes (weight of point 0, slope of point 0, weight of point 1, slope of point 1).
-const fn x_lanes(component: usize) -> [Lanes; 4] {
-    let l = line_of(component, 0);
-    let mut out = [Lanes([0.0; 4]); 4];
+/// All constants of the stencils of one component.
+struct Lines {
+    /// Along x: for node `i` the lanes (weight of point 0, slope of point 0, weight of point 1, slope of point 1).
+    x: [Lanes; 4],
+    /// The same, lane by lane: the four nodes of each.
+    x_by_lane: [Lanes; 4],
+    y: Line,
+    z: Line,
+}
+
+const fn lines(component: usize, square: bool) -> Lines {
+    let x = if square { squared(&line(component == 0)) } else { line(component == 0) };
+    let y = if square { squared(&line(component == 1)) } else { line(component == 1) };
+    let z = if square { squared(&line(component == 2)) } else { line(component == 2) };
+    let mut out = Lines { x: [Lanes([0.0; 4]); 4], x_by_lane: [Lanes([0.0; 4]); 4], y, z };
     let mut i = 0;
     while i < 4 {
-        out[i] = Lanes([l.weight[0][i], l.slope[0][i], l.weight[1][i], l.slope[1][i]]);
+        let lanes = [x.weight[0][i], x.slope[0][i], x.weight[1][i], x.slope[1][i]];
+        out.x[i] = Lanes(lanes);
+        let mut l = 0;
+        while l < 4 {
+            out.x_by_lane[l].0[i] = lanes[l];
+            l += 1;
+        }
         i += 1;
     }
     out
 }
 
-const X_LANES: [[Lanes; 4]; 2] = [x_lanes(0), x_lanes(1)];
-
-#[inline(always)]
-fn x_line(component: usize) -> &'static [Lanes; 4] {
-    if component == 0 { &X_LANES[0] } else { &X_LANES[1] }
-}
+/// Constants per component, and their squares.
+static LINES: [Lines; 3] = [lines(0, false), lines(1, false), lines(2, false)];
+static SQUARES: [Lines; 3] = [lines(0, true), lines(1, true), lines(2, true)];
 
 /// Cells along one direction of a block with one more on either side.
 const HALO: usize = BLOCK + 2;
@@ -165,12 +188,6 @@ impl<const D: usize> Place<D> {
         }
         place
     }
-
-    /// Whether any of its points lies in the block.
-    #[inline(always)]
-    fn reaches(&self) -> bool {
-        (0..D).all(|a| self.low[a] >= -1 && self.low[a] < POINTS as i32)
-    }
 }
 
 /// The numbers of a particle: isotropic, geometric deviator, dyad.
@@ -179,7 +196,7 @@ fn packed<const D: usize>(t: &PointTangent<D>, volume: f64) -> [f64; MOST] {
     let s = sym::<D>();
     let mut out = [0.0; MOST];
     out[0] = volume * t.isotropic;
-    let entries: [f64; 6] = std::array::from_fn(|k| if k < s { t.deviator[pair::<D>(k)] } else { 0.0 });
+    let entries = &t.deviator;
     let geometric = volume * t.geometric;
     let dyadic = volume * t.dyadic;
     let mut at = 1 + s;
@@ -200,7 +217,9 @@ fn give<const D: usize>(
     cell: &[i32; D],
     ranges: &[(usize, Range<usize>)],
     values: &[f64; MOST],
+    elastic: f64,
     sums: &mut [[f64; MOST]],
+    elastic_sums: &mut [f64],
 ) {
     for corner in 0..points::<D>() {
         let mut weight = 1.0;
@@ -233,6 +252,7 @@ fn give<const D: usize>(
         for (sum, value) in sums[index].iter_mut().zip(values) {
             *sum += weight * value;
         }
+        elastic_sums[index] += weight * elastic;
     }
 }
 
@@ -247,12 +267,15 @@ impl<const D: usize> Quadrature<D> {
         let occupied = grid.blocks.occupied().len();
         let lattice = grid.lattice();
         let inverse_dx = 1.0 / lattice.dx;
-        self.data.resize(occupied * per * n * np, 0.0);
+        arrays::resize(&mut self.data, occupied * per * n * np, 0.0);
+        arrays::resize(&mut self.elastic, occupied * per * np, 0.0);
         self.cells.resize(occupied, 0);
-        self.data.par_chunks_mut(per * n * np).zip(self.cells.par_iter_mut()).enumerate().for_each_init(
-            || (vec![[0.0f64; MOST]; POINTS.pow(D as u32)], Vec::new()),
-            |(sums, ranges), (rank, (data, used))| {
+        let blocks = self.data.par_chunks_mut(per * n * np).zip(self.elastic.par_chunks_mut(per * np));
+        blocks.zip(self.cells.par_iter_mut()).enumerate().for_each_init(
+            || (vec![[0.0f64; MOST]; POINTS.pow(D as u32)], vec![0.0; POINTS.pow(D as u32)], Vec::new()),
+            |(sums, elastic_sums, ranges), (rank, ((data, elastic), used))| {
                 sums.fill([0.0; MOST]);
+                elastic_sums.fill(0.0);
                 surroundings(grid, rank, ranges);
                 for (k, (owner, range)) in ranges.iter().enumerate() {
                     if range.is_empty() {
@@ -268,20 +291,37 @@ impl<const D: usize> Quadrature<D> {
                     let corner: [f64; D] = std::array::from_fn(|a| {
                         f64::from(block[a]) * BLOCK as f64 + f64::from(cell[a].rem_euclid(BLOCK as i32))
                     });
-                    for p in range.clone() {
-                        let t = &state.tangent[p];
-                        if t.isotropic == 0.0 && t.dyadic == 0.0 {
-                            continue;
-                        }
-                        let x = &particles.position[p];
-                        let local = std::array::from_fn(|a| {
-                            ((x[a] - lattice.origin[a]) * inverse_dx - corner[a]).clamp(0.0, 1.0)
-                        });
-                        let place = Place::new(&cell, &local);
-                        if place.reaches() {
-                            give(&place, &cell, ranges, &packed(t, particles.rest_volume[p]), sums);
+                    // Of the cells around the block only particles within half a point of it matter.
+                    let mut near = [(0.0, 1.0); D];
+                    for a in 0..D {
+                        if cell[a] < 0 {
+                            near[a].0 = 0.75;
+                        } else if cell[a] >= BLOCK as i32 {
+                            near[a].1 = 0.25;
                         }
                     }
+                    vectorised(
+                        #[inline(always)]
+                        || {
+                            for p in range.clone() {
+                                let x = &particles.position[p];
+                                let mut local = [0.0; D];
+                                let mut reaches = true;
+                                for a in 0..D {
+                                    let own = ((x[a] - lattice.origin[a]) * inverse_dx - corner[a]).clamp(0.0, 1.0);
+                                    reaches &= own >= near[a].0 && own <= near[a].1;
+                                    local[a] = own;
+                                }
+                                let t = &state.tangent[p];
+                                if !reaches || (t.isotropic == 0.0 && t.dyadic == 0.0) {
+                                    continue;
+                                }
+                                let place = Place::new(&cell, &local);
+                                let volume = particles.rest_volume[p];
+                                give(&place, &cell, ranges, &packed(t, volume), volume * t.elastic, sums, elastic_sums);
+                            }
+                        },
+                    );
                 }
                 *used = 0;
                 for cell in 0..per {
@@ -296,6 +336,7 @@ impl<const D: usize> Quadrature<D> {
                         for (k, value) in sums[index].iter().enumerate().take(n) {
                             data[k * np + point] = *value;
                         }
+                        elastic[cell * np + point] = elastic_sums[index];
                         any |= sums[index][0] != 0.0 || sums[index][1 + s..n].iter().any(|v| *v != 0.0);
                     }
                     *used |= u64::from(any) << cell;
@@ -321,13 +362,49 @@ impl<const D: usize> Quadrature<D> {
                         }
                         let at = corner::<D>(cell);
                         let data = &self.data[(rank * per + cell) * n * np..][..n * np];
-                        let mut g = [[[0.0f64; 8]; 3]; 3];
+                        let mut g = [[NOTHING; 3]; 3];
                         for c in 0..D {
-                            spread::<D>(&input[c * len..(c + 1) * len], at, c, &mut g[c]);
+                            spread::<D>(&input[c * len..(c + 1) * len], at, &LINES[c], &mut g[c]);
                         }
                         let l = act::<D>(data, &g, inverse_dx2);
                         for c in 0..D {
-                            collect::<D>(&mut result[c * len..(c + 1) * len], at, c, &l[c]);
+                            collect::<D>(&mut result[c * len..(c + 1) * len], at, &LINES[c], &l[c]);
+                        }
+                    }
+                },
+            );
+        });
+    }
+
+    /// `out = H_e q` with the tangent that the liquid would have if nothing flowed: no change of stress exceeds what it gives.
+    pub fn apply_elastic(&self, grid: &LiquidGrid<D>, q: &[f64], out: &mut [f64], scratch: &mut OperatorScratch) {
+        let (per, np, len) = (cells_per_block::<D>(), points::<D>(), padded_len::<D>());
+        let inverse_dx2 = 1.0 / (grid.lattice().dx * grid.lattice().dx);
+        through_tiles(grid, q, out, scratch, |rank, input, result| {
+            vectorised(
+                #[inline(always)]
+                || {
+                    for cell in 0..per {
+                        if self.cells[rank] >> cell & 1 == 0 {
+                            continue;
+                        }
+                        let at = corner::<D>(cell);
+                        let coefficient = &self.elastic[(rank * per + cell) * np..][..np];
+                        let mut g = [[NOTHING; 3]; 3];
+                        for c in 0..D {
+                            spread::<D>(&input[c * len..(c + 1) * len], at, &LINES[c], &mut g[c]);
+                        }
+                        let mut l = [[NOTHING; 3]; 3];
+                        for u in 0..np / 4 {
+                            let factor = read(coefficient, 0, np, u) * (0.5 * inverse_dx2);
+                            for i in 0..D {
+                                for j in 0..D {
+                                    l[i][j][u] = factor * (g[i][j][u] + g[j][i][u]);
+                                }
+                            }
+                        }
+                        for c in 0..D {
+                            collect::<D>(&mut result[c * len..(c + 1) * len], at, &LINES[c], &l[c]);
                         }
                     }
                 },
@@ -341,51 +418,43 @@ impl<const D: usize> Quadrature<D> {
         let (n, np, s) = (numbers::<D>(), points::<D>(), sym::<D>());
         let len = padded_len::<D>();
         let inverse_dx2 = 1.0 / (grid.lattice().dx * grid.lattice().dx);
-        let nothing = vec![0.0; grid.blocks.node_count() * D];
-        let nz = if D > 2 { 4 } else { 1 };
-        through_tiles(grid, &nothing, out, scratch, |rank, _, result| {
-            for cell in 0..per {
-                if self.cells[rank] >> cell & 1 == 0 {
-                    continue;
-                }
-                let at = corner::<D>(cell);
-                let data = &self.data[(rank * per + cell) * n * np..][..n * np];
-                for point in 0..np {
-                    for c in 0..D {
-                        for a in 0..D {
-                            // L[e_c ⊗ e_a]_{ca} of the summed tangent.
-                            let equal = if c == a { 1.0 } else { 0.0 };
-                            let geometric = |i: usize| data[(1 + i) * np + point];
-                            let k = (0..s).find(|&k| pair::<D>(k) == (c.min(a), c.max(a))).unwrap_or(0);
-                            let dyad_at = 1 + s + k * s - k * (k + 1) / 2 + k;
-                            let q = data[point] * (0.5 * (1.0 + equal) - equal / D as f64) + geometric(a)
-                                - equal * 4.0 / D as f64 * geometric(c)
-                                + data[dyad_at * np + point];
-                            let q = q * inverse_dx2;
-                            for z in 0..nz {
-                                for y in 0..4 {
-                                    for x in 0..4 {
-                                        let mut m = 1.0;
-                                        for (b, node) in [x, y, z].into_iter().enumerate().take(D) {
-                                            let l = line_of(c, b);
-                                            let side = point >> b & 1;
-                                            m *= if b == a { l.slope[side][node] } else { l.weight[side][node] };
-                                        }
-                                        result[c * len + at + (z * WIDTH + y) * ROW + x] += q * m * m;
-                                    }
+        into_tiles(grid, out, scratch, |rank, result| {
+            vectorised(
+                #[inline(always)]
+                || {
+                    for cell in 0..per {
+                        if self.cells[rank] >> cell & 1 == 0 {
+                            continue;
+                        }
+                        let at = corner::<D>(cell);
+                        let data = &self.data[(rank * per + cell) * n * np..][..n * np];
+                        for c in 0..D {
+                            // L[e_c ⊗ e_a]_{ca} of the summed tangents.
+                            let mut q = [NOTHING; 3];
+                            for a in 0..D {
+                                let equal = if c == a { 1.0 } else { 0.0 };
+                                let k = symmetric_index::<D>(c.min(a), c.max(a));
+                                let dyad = 1 + s + k * s - k * (k + 1) / 2 + k;
+                                for u in 0..np / 4 {
+                                    q[a][u] = (read(data, 0, np, u) * (0.5 * (1.0 + equal) - equal / D as f64)
+                                        + read(data, 1 + a, np, u)
+                                        + read(data, 1 + c, np, u) * (-equal * 4.0 / D as f64)
+                                        + read(data, dyad, np, u))
+                                        * inverse_dx2;
                                 }
                             }
+                            collect::<D>(&mut result[c * len..(c + 1) * len], at, &SQUARES[c], &q);
                         }
                     }
-                }
-            }
+                },
+            );
         });
     }
 
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        8 * (self.data.capacity() + self.cells.capacity())
+        8 * (self.data.capacity() + self.elastic.capacity() + self.cells.capacity())
     }
 }
 
@@ -399,12 +468,15 @@ fn corner<const D: usize>(cell: usize) -> usize {
     }
 }
 
-/// Gradients of one component at the points of a cell: `g[axis][point]` [1/cell].
+/// One number at each point of a cell: lanes over four points, those of the lower half first.
+type Points = [Lanes; 2];
+/// Nothing at all points.
+const NOTHING: Points = [Lanes::ZERO; 2];
+
+/// Gradients of one component at the points of a cell: `g[axis]` [1/cell].
 #[inline(always)]
-fn spread<const D: usize>(field: &[f64], at: usize, component: usize, g: &mut [[f64; 8]; 3]) {
-    let x = x_line(component);
-    let y = line_of(component, 1);
-    let z = line_of(component, 2);
+fn spread<const D: usize>(field: &[f64], at: usize, lines: &Lines, g: &mut [Points; 3]) {
+    let Lines { x, y, z, .. } = lines;
     let nz = if D > 2 { 4 } else { 1 };
     // Per z: values and y-slopes of both points along y, lanes (value, x-slope) of both points along x.
     let mut value = [[Lanes::ZERO; 2]; 4];
@@ -419,46 +491,44 @@ fn spread<const D: usize>(field: &[f64], at: usize, component: usize, g: &mut [[
             }
         }
     }
-    for t in 0..2 {
-        for u in 0..if D > 2 { 2 } else { 1 } {
-            let (mut v, mut sy, mut sz) = (Lanes::ZERO, Lanes::ZERO, Lanes::ZERO);
+    for u in 0..if D > 2 { 2 } else { 1 } {
+        let mut v = [Lanes::ZERO; 2];
+        let mut sy = [Lanes::ZERO; 2];
+        let mut sz = [Lanes::ZERO; 2];
+        for t in 0..2 {
             if D > 2 {
                 for k in 0..4 {
-                    v += value[k][t] * z.weight[u][k];
-                    sy += slope[k][t] * z.weight[u][k];
-                    sz += value[k][t] * z.slope[u][k];
+                    v[t] += value[k][t] * z.weight[u][k];
+                    sy[t] += slope[k][t] * z.weight[u][k];
+                    sz[t] += value[k][t] * z.slope[u][k];
                 }
             } else {
-                v = value[0][t];
-                sy = slope[0][t];
-            }
-            for s in 0..2 {
-                let point = s + 2 * t + 4 * u;
-                g[0][point] = v.0[2 * s + 1];
-                g[1][point] = sy.0[2 * s];
-                g[2][point] = sz.0[2 * s];
+                v[t] = value[0][t];
+                sy[t] = slope[0][t];
             }
         }
+        // Points of a half: x fastest, then y.
+        g[0][u] = Lanes([v[0].0[1], v[0].0[3], v[1].0[1], v[1].0[3]]);
+        g[1][u] = Lanes([sy[0].0[0], sy[0].0[2], sy[1].0[0], sy[1].0[2]]);
+        g[2][u] = Lanes([sz[0].0[0], sz[0].0[2], sz[1].0[0], sz[1].0[2]]);
     }
 }
 
-/// Transpose of [`spread`]: adds the stresses `l[axis][point]` of one component to a tile.
+/// Transpose of [`spread`]: adds the stresses `l[axis]` of one component to a tile.
 #[inline(always)]
-fn collect<const D: usize>(field: &mut [f64], at: usize, component: usize, l: &[[f64; 8]; 3]) {
-    let x = x_line(component);
-    let y = line_of(component, 1);
-    let z = line_of(component, 2);
+fn collect<const D: usize>(field: &mut [f64], at: usize, lines: &Lines, l: &[Points; 3]) {
+    let Lines { x_by_lane: x, y, z, .. } = lines;
     let nz = if D > 2 { 4 } else { 1 };
     let mut value = [[Lanes::ZERO; 2]; 4];
     let mut slope = [[Lanes::ZERO; 2]; 4];
-    for t in 0..2 {
-        for u in 0..if D > 2 { 2 } else { 1 } {
-            let (p, q) = (2 * t + 4 * u, 1 + 2 * t + 4 * u);
+    for u in 0..if D > 2 { 2 } else { 1 } {
+        for t in 0..2 {
+            let (p, q) = (2 * t, 2 * t + 1);
             // Lanes (value, x-slope) of both points along x.
-            let v = Lanes([0.0, l[0][p], 0.0, l[0][q]]);
-            let sy = Lanes([l[1][p], 0.0, l[1][q], 0.0]);
+            let v = Lanes([0.0, l[0][u].0[p], 0.0, l[0][u].0[q]]);
+            let sy = Lanes([l[1][u].0[p], 0.0, l[1][u].0[q], 0.0]);
             if D > 2 {
-                let sz = Lanes([l[2][p], 0.0, l[2][q], 0.0]);
+                let sz = Lanes([l[2][u].0[p], 0.0, l[2][u].0[q], 0.0]);
                 for k in 0..4 {
                     value[k][t] += v * z.weight[u][k] + sz * z.slope[u][k];
                     slope[k][t] += sy * z.weight[u][k];
@@ -475,50 +545,51 @@ fn collect<const D: usize>(field: &mut [f64], at: usize, component: usize, l: &[
             for t in 0..2 {
                 lanes += value[k][t] * y.weight[t][j] + slope[k][t] * y.slope[t][j];
             }
+            let [a, b, c, d] = lanes.0;
+            let sum = (x[0] * a + x[1] * b) + (x[2] * c + x[3] * d);
             let row = &mut field[at + (k * WIDTH + j) * ROW..][..4];
             for i in 0..4 {
-                row[i] += (lanes * x[i]).sum();
+                row[i] += sum.0[i];
             }
         }
     }
 }
 
+/// Number `k` of four points of a half.
+#[inline(always)]
+fn read(data: &[f64], k: usize, np: usize, half: usize) -> Lanes {
+    let at = &data[k * np + 4 * half..][..4];
+    Lanes([at[0], at[1], at[2], at[3]])
+}
+
 /// The summed tangents act on the gradients of all points of a cell.
 #[inline(always)]
-fn act<const D: usize>(data: &[f64], g: &[[[f64; 8]; 3]; 3], scale: f64) -> [[[f64; 8]; 3]; 3] {
+fn act<const D: usize>(data: &[f64], g: &[[Points; 3]; 3], scale: f64) -> [[Points; 3]; 3] {
     let np = points::<D>();
     let s = sym::<D>();
-    let mut out = [[[0.0f64; 8]; 3]; 3];
+    let mut out = [[NOTHING; 3]; 3];
     let two_over_d = 2.0 / D as f64;
-    // Symmetric index of (i, j).
-    let index = |i: usize, j: usize| {
-        if D == 2 {
-            if i == j { i } else { 2 }
-        } else if i == j {
-            i
-        } else {
-            i + j + 2
+    for u in 0..np / 4 {
+        let iso = read(data, 0, np, u);
+        let mut tr = Lanes::ZERO;
+        for i in 0..D {
+            tr += g[i][i][u];
         }
-    };
-    for p in 0..np {
-        let d = |i: usize, j: usize| data[(1 + index(i, j)) * np + p];
-        let iso = data[p];
-        let (mut tr, mut along) = (0.0, 0.0);
-        let mut e = [0.0f64; 6];
+        let mut along = Lanes::ZERO;
+        let mut deviator = [Lanes::ZERO; 6];
+        let mut e = [Lanes::ZERO; 6];
         for k in 0..s {
             let (i, j) = pair::<D>(k);
             // Work-conjugate strain: off-diagonal entries count twice.
-            e[k] = if i == j { g[i][i][p] } else { g[i][j][p] + g[j][i][p] };
-            along += data[(1 + k) * np + p] * e[k];
+            e[k] = if i == j { g[i][i][u] } else { g[i][j][u] + g[j][i][u] };
+            deviator[k] = read(data, 1 + k, np, u);
+            along += deviator[k] * e[k];
         }
-        for i in 0..D {
-            tr += g[i][i][p];
-        }
-        let mut stress = [0.0f64; 6];
+        let mut stress = [Lanes::ZERO; 6];
         let mut at = 1 + s;
         for i in 0..s {
             for j in i..s {
-                let m = data[at * np + p];
+                let m = read(data, at, np, u);
                 stress[i] += m * e[j];
                 if j > i {
                     stress[j] += m * e[i];
@@ -526,17 +597,19 @@ fn act<const D: usize>(data: &[f64], g: &[[[f64; 8]; 3]; 3], scale: f64) -> [[[f
                 at += 1;
             }
         }
-        let pressure = (iso * tr / D as f64) + two_over_d * along;
+        let minus_pressure = iso * tr * (-1.0 / D as f64) + along * -two_over_d;
+        let level = tr * -two_over_d;
         for i in 0..D {
             for j in 0..D {
-                let mut v = 0.5 * iso * (g[i][j][p] + g[j][i][p]) + stress[index(i, j)] - two_over_d * tr * d(i, j);
-                for k in 0..D {
-                    v += g[i][k][p] * d(k, j);
+                let k = symmetric_index::<D>(i, j);
+                let mut v = iso * ((g[i][j][u] + g[j][i][u]) * 0.5) + stress[k] + level * deviator[k];
+                for m in 0..D {
+                    v += g[i][m][u] * deviator[symmetric_index::<D>(m, j)];
                 }
                 if i == j {
-                    v -= pressure;
+                    v += minus_pressure;
                 }
-                out[i][j][p] = v * scale;
+                out[i][j][u] = v * scale;
             }
         }
     }
@@ -550,7 +623,7 @@ mod tests {
 
     #[test]
     fn constant_weights_are_those_of_the_kernel() {
-        for (faced, l) in [(true, &FACED), (false, &CENTRED)] {
+        for (faced, l) in [(true, line(true)), (false, line(false))] {
             for point in 0..2 {
                 let w = Weights1::new(5.25 + 0.5 * point as f64, if faced { 0.0 } else { 0.5 });
                 for i in 0..3 {

@@ -6,10 +6,12 @@
 //! restricted to motions that obey the ties, so the system stays symmetric. Source: spec (6.3), (6.6), (6.7); Δ-form and ties are ours.
 
 use crate::LiquidError;
+use crate::arrays;
 use crate::grid::LiquidGrid;
 use crate::material::LiquidMaterial;
 use crate::particles::Particles;
-use crate::settings::{ShearOperator, ShearSettings, Tangent};
+use crate::pressure_solve::{PressureReport, PressureSolver};
+use crate::settings::{LiquidSettings, ShearOperator, ShearSettings, Tangent};
 use crate::shear_operator::{OperatorScratch, apply_particles, diagonal_particles};
 use crate::shear_quadrature::Quadrature;
 use crate::shear_state::{ShearState, velocity_gradients};
@@ -21,6 +23,16 @@ use serde::{Deserialize, Serialize};
 
 /// Share of its own mass that a face keeps at least when faces behind a wall, which move against it, are tied to it.
 const LEAST_SHARE: f64 = 0.1;
+
+/// Largest `4 dt² ι/(ρ dx²)`, with ι the elastic tangent, at which products through points in cells are safe.
+///
+/// Elastic forces come from the particles. A motion that the particles resist (by at most this ratio to its inertia) and the points do
+/// not see is integrated explicitly, which is stable up to four. Beyond it such motions, at thinly sampled edges, would grow.
+pub const SAFE_STIFFNESS: f64 = 4.0;
+/// Shear energy of the pressure's last correction, over the kinetic energy, above which shear and pressure are solved once more.
+const DISTURBED: f64 = 1e-2;
+/// Rounds of shear and pressure at most, after the first.
+const MOST_ROUNDS: usize = 8;
 
 /// What other phases do to the faces, one slice per direction with one entry per node. Absent parts cost nothing.
 #[derive(Clone, Copy, Debug, Default)]
@@ -87,8 +99,10 @@ pub struct ShearSolver<const D: usize> {
     values: Vec<Vector<D>>,
     gradients: Vec<Tensor<D>>,
     resists: bool,
-    /// The start was pushed after a solve: that solve is the first guess of the next.
-    pushed: bool,
+    /// The operator of this step: never [`ShearOperator::Automatic`].
+    chosen: ShearOperator,
+    /// Nothing has been solved since [`ShearSolver::begin`].
+    fresh: bool,
 }
 
 /// Sets tied faces from the faces they follow; `prescribed` includes what walls add.
@@ -165,7 +179,7 @@ impl<const D: usize> PreconditionedSystem for System<'_, D> {
             ShearOperator::Particles => {
                 apply_particles(self.particles, self.state, self.grid, self.work, out, self.operator);
             }
-            ShearOperator::CellQuadrature => self.quadrature.apply(self.grid, self.work, out, self.operator),
+            _ => self.quadrature.apply(self.grid, self.work, out, self.operator),
         }
         fold(self.grid, out);
         for ((o, m), v) in out.iter_mut().zip(self.mass).zip(v) {
@@ -210,10 +224,14 @@ impl<const D: usize> ShearSolver<D> {
         settings: &ShearSettings,
     ) {
         let n = grid.blocks.node_count();
-        self.pushed = false;
         self.start.clear();
         self.mass.clear();
         self.liquid.clear();
+        arrays::room(&mut self.liquid, D * n);
+        for array in [&mut self.start, &mut self.mass, &mut self.reference, &mut self.inverse_diagonal, &mut self.work]
+        {
+            arrays::room(array, D * n);
+        }
         for face in &grid.face {
             self.start.extend_from_slice(&face.velocity);
             self.liquid.extend(
@@ -258,23 +276,32 @@ impl<const D: usize> ShearSolver<D> {
                 }
             }
         }
+        self.fresh = true;
+        let dx = grid.lattice().dx;
+        self.chosen = match settings.operator {
+            ShearOperator::Automatic if 4.0 * dt * dt * self.state.wave <= SAFE_STIFFNESS * dx * dx => {
+                ShearOperator::CellQuadrature
+            }
+            ShearOperator::Automatic => ShearOperator::Particles,
+            fixed => fixed,
+        };
         self.reference.clone_from(&self.start);
         self.delta.clear();
-        self.delta.resize(D * n, 0.0);
-        self.build_system(particles, grid, dt, settings);
+        arrays::resize(&mut self.delta, D * n, 0.0);
+        self.build_system(particles, grid, dt);
     }
 
-    fn build_system(&mut self, particles: &Particles<D>, grid: &LiquidGrid<D>, dt: f64, settings: &ShearSettings) {
+    fn build_system(&mut self, particles: &Particles<D>, grid: &LiquidGrid<D>, dt: f64) {
         let n = grid.blocks.node_count();
         let mut diagonal = std::mem::take(&mut self.work);
         diagonal.clear();
         diagonal.resize(D * n, 0.0);
         if self.resists {
-            match settings.operator {
+            match self.chosen {
                 ShearOperator::Particles => {
                     diagonal_particles(particles, &self.state, grid, &mut diagonal, &mut self.operator);
                 }
-                ShearOperator::CellQuadrature => {
+                _ => {
                     self.quadrature.build(particles, &self.state, grid);
                     self.quadrature.diagonal(grid, &mut diagonal, &mut self.operator);
                 }
@@ -295,9 +322,9 @@ impl<const D: usize> ShearSolver<D> {
         self.inverse_diagonal.extend(diagonal.iter().map(|&d| if d > 0.0 { 1.0 / d } else { 0.0 }));
         self.work = diagonal;
         self.reference_force.clear();
-        self.reference_force.resize(D * n, 0.0);
+        arrays::resize(&mut self.reference_force, D * n, 0.0);
         if self.resists {
-            match settings.operator {
+            match self.chosen {
                 ShearOperator::Particles => apply_particles(
                     particles,
                     &self.state,
@@ -306,7 +333,7 @@ impl<const D: usize> ShearSolver<D> {
                     &mut self.reference_force,
                     &mut self.operator,
                 ),
-                ShearOperator::CellQuadrature => {
+                _ => {
                     self.quadrature.apply(grid, &self.reference, &mut self.reference_force, &mut self.operator);
                 }
             }
@@ -365,8 +392,8 @@ impl<const D: usize> ShearSolver<D> {
                 }
             }
             report.newton_iterations = iteration + 1;
-            if iteration == 0 && !with_pressure && !self.pushed {
-                self.fall(grid, body, dt);
+            if std::mem::take(&mut self.fresh) {
+                self.move_freely(grid, body, dt, with_pressure);
             }
             let solve = self.linear_solve(particles, materials, grid, dt, settings, &mut report)?;
             self.balance(grid, dt);
@@ -380,17 +407,120 @@ impl<const D: usize> ShearSolver<D> {
                 grid.face[a].velocity.copy_from_slice(&velocity[a * n..(a + 1) * n]);
             }
             self.work = velocity;
+            if iteration == 0
+                && iterations > 1
+                && let Some(bound) = self.largest_error(grid, dt)
+                && bound <= settings.newton_tolerance * size
+            {
+                // Whatever the liquid does, its stress cannot have left the linearisation by more than this.
+                report.nonlinear_residual = if size > 0.0 { bound / size } else { 0.0 };
+                break;
+            }
         }
         Ok(report)
     }
 
-    /// First guess of the step: everything falls freely. What is left to the solve is then internal.
-    fn fall(&mut self, grid: &LiquidGrid<D>, body: &Vector<D>, dt: f64) {
+    /// Bound on the nonlinear residual after the first iteration [N s]: the momentum that the stress would have given if nothing had flowed
+    /// during the change of motion. `None` where the operator cannot tell.
+    fn largest_error(&mut self, grid: &LiquidGrid<D>, dt: f64) -> Option<f64> {
+        if self.chosen != ShearOperator::CellQuadrature {
+            return None;
+        }
+        self.work.clear();
+        self.work.extend_from_slice(&self.delta);
+        expand(grid, &mut self.work, false);
+        let mut force = std::mem::take(&mut self.rhs);
+        self.quadrature.apply_elastic(grid, &self.work, &mut force, &mut self.operator);
+        let bound = dt * dt * numerics::reduce::norm(&force);
+        self.rhs = force;
+        Some(bound)
+    }
+
+    /// Whether the last correction by the pressure strained the liquid so much that shear has to be solved for again: the energy that it
+    /// gave the shear, against the kinetic energy of the step.
+    fn is_disturbed(&mut self, particles: &Particles<D>, grid: &LiquidGrid<D>, body: &Vector<D>, dt: f64) -> bool {
+        let n = grid.blocks.node_count();
+        self.work.clear();
+        self.work.extend(self.reference.iter().zip(&self.delta).map(|(r, d)| r + d));
+        expand(grid, &mut self.work, true);
+        let mut kinetic = 0.0;
+        for a in 0..D {
+            let range = a * n..(a + 1) * n;
+            let velocity = &grid.face[a].velocity;
+            let fall = dt * body[a];
+            for ((w, u), m) in self.work[range.clone()].iter_mut().zip(velocity).zip(&grid.face[a].mass) {
+                *w = if *m > grid.mass_floor { u - *w } else { 0.0 };
+            }
+            for (m, u) in self.mass[range.clone()].iter().zip(&self.start[range]) {
+                kinetic += m * (u * u + fall * fall);
+            }
+        }
+        let mut force = std::mem::take(&mut self.rhs);
+        match self.chosen {
+            ShearOperator::Particles => {
+                apply_particles(particles, &self.state, grid, &self.work, &mut force, &mut self.operator);
+            }
+            _ => self.quadrature.apply(grid, &self.work, &mut force, &mut self.operator),
+        }
+        let shear = dt * dt * numerics::reduce::dot(&force, &self.work);
+        self.rhs = force;
+        shear > DISTURBED * kinetic
+    }
+
+    /// Solves for shear and pressure in turn until the pressure no longer strains the liquid. One round does for soft liquids; where elastic waves
+    /// cross many cells in a step, what the pressure moves would otherwise be stored as elastic energy that nothing supplied.
+    /// Returns the reports of the last round and how many there were.
+    ///
+    /// To be called after [`PressureSolver::correct`].
+    ///
+    /// # Errors
+    /// Those of the two solves.
+    #[expect(clippy::too_many_arguments, reason = "one argument per physical ingredient of the momentum balance")]
+    pub fn settle(
+        &mut self,
+        pressure: &mut PressureSolver<D>,
+        particles: &Particles<D>,
+        materials: &[LiquidMaterial],
+        grid: &mut LiquidGrid<D>,
+        body: &Vector<D>,
+        fraction_rate: Option<&[f64]>,
+        dt: f64,
+        settings: &LiquidSettings,
+    ) -> Result<Option<(ShearReport, PressureReport, usize)>, LiquidError> {
+        let mut last = None;
+        let dx = grid.lattice().dx;
+        if !self.resists || 4.0 * dt * dt * self.state.wave <= SAFE_STIFFNESS * dx * dx {
+            return Ok(None);
+        }
+        for round in 1..=MOST_ROUNDS {
+            if !self.is_disturbed(particles, grid, body, dt) {
+                break;
+            }
+            let coupling = FaceCoupling::default();
+            let shear = self.solve(particles, materials, grid, &coupling, body, dt, true, &settings.shear)?;
+            let corrected = pressure.correct(grid, fraction_rate, dt, &settings.pressure)?;
+            last = Some((shear, corrected, round));
+        }
+        Ok(last)
+    }
+
+    /// First guess of the step: everything moves freely under body force and, where it is known, pressure. What is left to the solve
+    /// is then internal.
+    fn move_freely(&mut self, grid: &LiquidGrid<D>, body: &Vector<D>, dt: f64, with_pressure: bool) {
         let n = grid.blocks.node_count();
         for a in 0..D {
             let mass = &self.mass[a * n..(a + 1) * n];
             for (d, m) in self.delta[a * n..(a + 1) * n].iter_mut().zip(mass) {
                 *d = if *m > 0.0 { dt * body[a] } else { 0.0 };
+            }
+            if with_pressure {
+                let liquid = &self.liquid[a * n..(a + 1) * n];
+                let delta = &mut self.delta[a * n..(a + 1) * n];
+                for ((d, [_, v]), (m, g)) in
+                    delta.iter_mut().zip(liquid).zip(mass.iter().zip(&grid.face[a].pressure_gradient))
+                {
+                    *d -= if *m > 0.0 { dt * v / m * g } else { 0.0 };
+                }
             }
         }
     }
@@ -439,7 +569,7 @@ impl<const D: usize> ShearSolver<D> {
             self.reference.extend_from_slice(&grid.face[a].velocity);
         }
         self.delta.fill(0.0);
-        self.build_system(particles, grid, dt, settings);
+        self.build_system(particles, grid, dt);
         Ok(())
     }
 
@@ -453,7 +583,7 @@ impl<const D: usize> ShearSolver<D> {
     ) {
         let n = grid.blocks.node_count();
         self.rhs.clear();
-        self.rhs.resize(D * n, 0.0);
+        arrays::resize(&mut self.rhs, D * n, 0.0);
         for a in 0..D {
             let gradient = &grid.face[a].pressure_gradient;
             for i in 0..n {
@@ -511,7 +641,7 @@ impl<const D: usize> ShearSolver<D> {
                 inverse_diagonal: &self.inverse_diagonal,
                 work: &mut self.work,
                 dt2: dt * dt,
-                which: settings.operator,
+                which: self.chosen,
             };
             let mut solve = pcg::solve_system(&mut system, &self.rhs, &mut self.delta, &mut self.krylov, &settings.pcg);
             if let Some(before) = total {
@@ -529,7 +659,7 @@ impl<const D: usize> ShearSolver<D> {
                         self.gradients = gradients;
                     }
                     self.delta.fill(0.0);
-                    self.build_system(particles, grid, dt, settings);
+                    self.build_system(particles, grid, dt);
                     report.fell_back = true;
                     total = Some(solve);
                 }
@@ -554,7 +684,6 @@ impl<const D: usize> ShearSolver<D> {
             }
         }
         self.work = push;
-        self.pushed = true;
     }
 
     /// Bytes held.

@@ -10,7 +10,8 @@ use crate::solid::Solid;
 use crate::{
     AdvectReport, DeformationReport, FaceCoupling, LiquidError, LiquidGrid, LiquidMaterial, Particles,
     PlasticityReport, PressureReport, PressureSolver, ShearReport, ShearSolver, WeightsReport, advect, deformation,
-    grid_to_particles, liquid_plasticity, particles_to_grid, pressure_solve, recovery, shear_solve, tearing, weights,
+    grid_to_particles, liquid_plasticity, particles_to_grid, pressure_solve, recovery, shear_solve, tearing, tension,
+    weights,
 };
 use numerics::tensor::Vector;
 use particle_grid::Lattice;
@@ -27,6 +28,8 @@ pub struct StepReport {
     pub weights: WeightsReport,
     /// Torn particles.
     pub torn: usize,
+    /// Pressure before the shear solve, where it was predicted.
+    pub prediction: Option<PressureReport>,
     /// First shear solve.
     pub shear: ShearReport,
     /// Pressure, where it is on and there is liquid.
@@ -35,8 +38,12 @@ pub struct StepReport {
     pub shear_again: Option<ShearReport>,
     /// Final projection, where there was one.
     pub projection: Option<PressureReport>,
+    /// Rounds of shear and pressure after the first.
+    pub rounds: usize,
     /// Deformation of the particles.
     pub deformation: DeformationReport,
+    /// Particles in no liquid cell whose volume had to be set to that of no pressure.
+    pub released: usize,
     /// Advection.
     pub advect: AdvectReport,
     /// Plastic flow.
@@ -106,10 +113,13 @@ impl<const D: usize> LiquidStepper<D> {
                 fell_back: false,
                 diagonal: true,
             },
+            prediction: None,
             pressure: None,
             shear_again: None,
             projection: None,
+            rounds: 0,
             deformation: DeformationReport::default(),
+            released: 0,
             advect: AdvectReport::default(),
             plasticity: PlasticityReport::default(),
         };
@@ -139,20 +149,29 @@ impl<const D: usize> LiquidStepper<D> {
         report.weights = weights::weights(grid, solids_before, None, &settings.pressure)?;
         shear_solve::impose_walls(grid);
         shear.begin(particles, grid, &coupling, dt, &settings.shear);
-        report.shear = shear.solve(particles, materials, grid, &coupling, body, dt, false, &settings.shear)?;
+        let again = resists && settings.shear.after_pressure;
+        let predict = settings.pressure.enabled && settings.pressure.predict && resists && !again;
         if settings.pressure.enabled {
             pressure.build(grid, dt, &settings.pressure);
-            report.pressure = Some(pressure.solve(grid, None, dt, true, &settings.pressure)?);
-            if resists && settings.shear.after_pressure {
+        }
+        if predict {
+            report.prediction = Some(pressure.predict(grid, body, None, dt, &settings.pressure)?);
+        }
+        report.shear = shear.solve(particles, materials, grid, &coupling, body, dt, predict, &settings.shear)?;
+        if predict {
+            report.pressure = Some(pressure.correct(grid, None, dt, &settings.pressure)?);
+            if let Some((again, corrected, rounds)) =
+                shear.settle(pressure, particles, materials, grid, body, None, dt, settings)?
+            {
+                (report.shear_again, report.projection, report.rounds) = (Some(again), Some(corrected), rounds);
+            }
+        } else if settings.pressure.enabled {
+            report.pressure = Some(pressure.solve(grid, None, dt, &settings.pressure)?);
+            if again {
                 report.shear_again =
                     Some(shear.solve(particles, materials, grid, &coupling, body, dt, true, &settings.shear)?);
                 if settings.pressure.project_last {
-                    let first: Vec<f64> = grid.cell.pressure.clone();
-                    report.projection = Some(pressure.solve(grid, None, dt, false, &settings.pressure)?);
-                    pressure_solve::correct_velocities(grid, dt);
-                    for (p, q) in grid.cell.pressure.iter_mut().zip(first) {
-                        *p += q;
-                    }
+                    report.projection = Some(pressure.correct(grid, None, dt, &settings.pressure)?);
                 }
             } else {
                 pressure_solve::correct_velocities(grid, dt);
@@ -160,6 +179,7 @@ impl<const D: usize> LiquidStepper<D> {
         }
         grid_to_particles::grid_to_particles(particles, grid, &settings.damping);
         report.deformation = deformation::deformation(particles, materials, previous, dt, settings.compressibility)?;
+        report.released = tension::settle_volume(particles, materials, grid, settings);
         if settings.advection {
             report.advect = advect::advect(particles, grid, solids_after, dt);
         }

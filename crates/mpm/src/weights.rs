@@ -10,6 +10,7 @@
 //! walls and where two of them meet at a right angle or face each other, interpolated in between. (A corner inside one solid is
 //! taken for a plane.)
 
+use crate::arrays;
 use crate::grid::{LiquidGrid, WallTie};
 use crate::settings::PressureSettings;
 use crate::solid::{Nearest, Solid, distance, nearest};
@@ -64,14 +65,14 @@ pub fn weights<const D: usize, S: Solid<D>>(
     let per = cells_per_block::<D>();
     for face in &mut grid.face {
         face.open.clear();
-        face.open.resize(n, 1.0);
+        arrays::resize(&mut face.open, n, 1.0);
         face.solid_velocity.clear();
-        face.solid_velocity.resize(n, 0.0);
+        arrays::resize(&mut face.solid_velocity, n, 0.0);
     }
     grid.cell.solid_distance.clear();
-    grid.cell.solid_distance.resize(n, f64::INFINITY);
+    arrays::resize(&mut grid.cell.solid_distance, n, f64::INFINITY);
     grid.cell.kernel_open.clear();
-    grid.cell.kernel_open.resize(n, 1.0);
+    arrays::resize(&mut grid.cell.kernel_open, n, 1.0);
     grid.ties.clear();
     grid.near_solid.clear();
     grid.near_solid.resize(grid.blocks.block_count(), false);
@@ -293,7 +294,7 @@ fn liquid_distance<const D: usize>(
     let dx = grid.lattice().dx;
     let shift = bspline::inverse_integral(settings.liquid_threshold);
     let cell = &mut grid.cell;
-    cell.liquid_distance.resize(n, 0.0);
+    arrays::resize(&mut cell.liquid_distance, n, 0.0);
     let (fraction, solid, kernel) = (&cell.liquid_fraction, &cell.solid_distance, &cell.kernel_open);
     cell.liquid_distance.par_iter_mut().enumerate().with_min_len(4096).for_each(|(i, d)| {
         let mut filled = fraction[i];

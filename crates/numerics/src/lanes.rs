@@ -71,6 +71,10 @@ pub trait Lane:
     fn abs(self) -> Self;
     /// `a > b ? yes : no` in each lane (`no` where either is not a number).
     fn select_gt(a: Self, b: Self, yes: Self, no: Self) -> Self;
+    /// `2^self` for whole numbers between −1022 and 1023.
+    fn power_of_two(self) -> Self;
+    /// Mantissa in `[1, 2)` and exponent of positive normal numbers.
+    fn split_exponent(self) -> (Self, Self);
     /// Lane `i`.
     fn lane(self, i: usize) -> f64;
     /// Replaces lane `i`.
@@ -128,6 +132,14 @@ impl Lane for f64 {
         if a > b { yes } else { no }
     }
     #[inline(always)]
+    fn power_of_two(self) -> Self {
+        scalar_power_of_two(self)
+    }
+    #[inline(always)]
+    fn split_exponent(self) -> (Self, Self) {
+        scalar_split_exponent(self)
+    }
+    #[inline(always)]
     fn lane(self, _: usize) -> f64 {
         self
     }
@@ -135,6 +147,26 @@ impl Lane for f64 {
     fn with_lane(self, _: usize, value: f64) -> f64 {
         value
     }
+}
+
+/// `2^52 · 1.5 + 1023`: adding a whole number leaves it, with the bias of an exponent, in the low bits.
+const EXPONENT_MAGIC: f64 = 6_755_399_441_055_744.0 + 1023.0;
+const MANTISSA_BITS: u64 = 0x000f_ffff_ffff_ffff;
+const ONE_BITS: u64 = 0x3ff0_0000_0000_0000;
+/// `2^52` as bits: the low bits of a number this large count ones.
+const COUNTING_BITS: u64 = 0x4330_0000_0000_0000;
+const COUNTING: f64 = 4_503_599_627_370_496.0;
+
+#[inline(always)]
+fn scalar_power_of_two(x: f64) -> f64 {
+    f64::from_bits((x + EXPONENT_MAGIC).to_bits() << 52)
+}
+
+#[inline(always)]
+fn scalar_split_exponent(x: f64) -> (f64, f64) {
+    let bits = x.to_bits();
+    let exponent = f64::from_bits((bits >> 52) | COUNTING_BITS) - (COUNTING + 1023.0);
+    (f64::from_bits(bits & MANTISSA_BITS | ONE_BITS), exponent)
 }
 
 /// Four lanes as a plain array, for machines without AVX2.
@@ -228,6 +260,15 @@ impl Lane for Portable4 {
         Portable4(out)
     }
     #[inline(always)]
+    fn power_of_two(self) -> Self {
+        Portable4(self.0.map(scalar_power_of_two))
+    }
+    #[inline(always)]
+    fn split_exponent(self) -> (Self, Self) {
+        let parts = self.0.map(scalar_split_exponent);
+        (Portable4(parts.map(|p| p.0)), Portable4(parts.map(|p| p.1)))
+    }
+    #[inline(always)]
     fn lane(self, i: usize) -> f64 {
         self.0[i]
     }
@@ -240,7 +281,10 @@ impl Lane for Portable4 {
 
 #[cfg(target_arch = "x86_64")]
 mod avx {
-    use super::{Add, AddAssign, Div, F4, Lane, LaneKernel, Mul, MulAssign, Neg, Sub, SubAssign};
+    use super::{
+        Add, AddAssign, COUNTING, COUNTING_BITS, Div, EXPONENT_MAGIC, F4, Lane, LaneKernel, MANTISSA_BITS, Mul,
+        MulAssign, Neg, ONE_BITS, Sub, SubAssign,
+    };
     use std::arch::x86_64::*;
 
     /// Four lanes in one AVX register. Private to this file: values exist only inside [`run`], hence only on
@@ -307,6 +351,28 @@ mod avx {
         fn select_gt(a: Self, b: Self, yes: Self, no: Self) -> Self {
             // SAFETY: as above.
             Avx4(unsafe { _mm256_blendv_pd(no.0, yes.0, _mm256_cmp_pd::<_CMP_GT_OQ>(a.0, b.0)) })
+        }
+        #[inline(always)]
+        fn power_of_two(self) -> Self {
+            // SAFETY: as above.
+            Avx4(unsafe {
+                let shifted = _mm256_add_pd(self.0, _mm256_set1_pd(EXPONENT_MAGIC));
+                _mm256_castsi256_pd(_mm256_slli_epi64::<52>(_mm256_castpd_si256(shifted)))
+            })
+        }
+        #[inline(always)]
+        fn split_exponent(self) -> (Self, Self) {
+            // SAFETY: as above.
+            unsafe {
+                let bits = _mm256_castpd_si256(self.0);
+                let counted = _mm256_or_si256(_mm256_srli_epi64::<52>(bits), _mm256_set1_epi64x(COUNTING_BITS as i64));
+                let exponent = _mm256_sub_pd(_mm256_castsi256_pd(counted), _mm256_set1_pd(COUNTING + 1023.0));
+                let mantissa = _mm256_or_si256(
+                    _mm256_and_si256(bits, _mm256_set1_epi64x(MANTISSA_BITS as i64)),
+                    _mm256_set1_epi64x(ONE_BITS as i64),
+                );
+                (Avx4(_mm256_castsi256_pd(mantissa)), Avx4(exponent))
+            }
         }
         #[inline(always)]
         fn lane(self, i: usize) -> f64 {

@@ -18,6 +18,7 @@
 pub mod banded;
 pub mod bspline;
 pub mod eigen;
+pub mod lane_math;
 pub mod lanes;
 pub mod multigrid;
 mod multigrid_coarsen;

@@ -212,7 +212,10 @@ impl<const D: usize> ParticleOrder<D> {
 pub fn permute<T: Copy + Send + Sync>(array: &mut Vec<T>, index: &[u32], scratch: &mut Vec<T>) {
     debug_assert_eq!(array.len(), index.len());
     scratch.clear();
-    scratch.reserve(index.len());
+    // The array that comes back is this one: it may not be twice as large as it has to be.
+    if scratch.capacity() < index.len() {
+        scratch.reserve_exact(index.len() + index.len() / 8);
+    }
     if index.len() <= CHUNK {
         scratch.extend(index.iter().map(|&i| array[i as usize]));
     } else {

@@ -4,7 +4,7 @@
 //! so the derivative of the energy splits into a pair of forces on the vertices' stencils and a first-moment force on the
 //! quadrature point's.
 
-use constitutive::yarn::{YarnForm, YarnFrame, bend};
+use constitutive::yarn::{FlowLimits, YarnForm, YarnFrame, bend};
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
@@ -34,13 +34,15 @@ impl<const D: usize> Forces<D> {
 
     /// Evaluates all forces at `position` and `deformation`; section columns are advanced by the grid from `carried`.
     ///
-    /// For explicit steps `carried` is `deformation` itself, for implicit ones the deformation at the beginning of the step.
+    /// For explicit steps `carried` is `deformation` itself, for implicit ones the deformation at the beginning of the step; those
+    /// also give `limits` of plastic flow, one per vertex, or none where nothing flows.
     pub fn evaluate(
         &mut self,
         model: &YarnModel<D>,
         position: &[SVector<f64, D>],
         deformation: &[SMatrix<f64, D, D>],
         carried: &[SMatrix<f64, D, D>],
+        limits: &[FlowLimits],
     ) {
         self.resize(model.len());
         self.traction
@@ -52,11 +54,16 @@ impl<const D: usize> Forces<D> {
                 for k in 0..traction.len() {
                     let i = chunk * CHUNK + k;
                     if model.has_segment(i) {
-                        let stress = stress(model, i, &deformation[i]);
+                        let stress = match limits.get(i) {
+                            Some(limits) => {
+                                model.materials[model.material[i] as usize].law.flow_stress(&deformation[i], limits)
+                            }
+                            None => stress(model, i, &deformation[i]),
+                        };
                         traction[k] = stress.column(0) * (model.volume[i] / model.rest_length[i]);
                         section[k] = section_moment(&stress, &carried[i], model.volume[i]);
                     }
-                    bending[k] = bending_gradient(model, i, position);
+                    bending[k] = bending_force(model, i, position).gradients;
                 }
             });
     }
@@ -82,13 +89,24 @@ pub(crate) fn stress<const D: usize>(
     i: usize,
     deformation: &SMatrix<f64, D, D>,
 ) -> SMatrix<f64, D, D> {
+    stress_of_frame(model, i, deformation, &YarnFrame::new(deformation))
+}
+
+/// [`stress`] of a gradient that is already decomposed.
+#[inline]
+pub(crate) fn stress_of_frame<const D: usize>(
+    model: &YarnModel<D>,
+    i: usize,
+    deformation: &SMatrix<f64, D, D>,
+    frame: &YarnFrame<D>,
+) -> SMatrix<f64, D, D> {
     let law = &model.materials[model.material[i] as usize].law;
     if law.form == YarnForm::Printed
         && let Some(frames) = &model.world_frame
     {
         return law.stress(&(deformation * frames[i].transpose())) * frames[i];
     }
-    law.stress_of_frame(&YarnFrame::new(deformation))
+    law.stress_of_frame(frame)
 }
 
 /// `V Σ_a P_a ⊗ F_a` over the section columns.
@@ -110,13 +128,21 @@ pub(crate) fn section_moment<const D: usize>(
     moment
 }
 
+/// Bending at a vertex.
+pub(crate) struct BendingForce<const D: usize> {
+    /// Gradients of the energy by the edges before and after [N].
+    pub gradients: [SVector<f64, D>; 2],
+    /// `(1 + cos θ)/2` of a rod, one otherwise.
+    pub openness: f64,
+}
+
 #[inline]
-fn bending_gradient<const D: usize>(
+pub(crate) fn bending_force<const D: usize>(
     model: &YarnModel<D>,
     i: usize,
     position: &[SVector<f64, D>],
-) -> [SVector<f64, D>; 2] {
-    let zero = [SVector::zeros(); 2];
+) -> BendingForce<D> {
+    let zero = BendingForce { gradients: [SVector::zeros(); 2], openness: 1.0 };
     if !model.is_inner(i) {
         return zero;
     }
@@ -125,7 +151,7 @@ fn bending_gradient<const D: usize>(
         BendingLaw::Rod(stiffness) => {
             let length = 0.5 * (model.rest_length[i - 1] + model.rest_length[i]);
             let b = bend(&(position[i] - position[i - 1]), &(position[i + 1] - position[i]), stiffness, length);
-            [b.first, b.second]
+            BendingForce { gradients: [b.first, b.second], openness: b.openness }
         }
         BendingLaw::Spring(stiffness) => {
             let chord = position[i + 1] - position[i - 1];
@@ -134,7 +160,7 @@ fn bending_gradient<const D: usize>(
                 return zero;
             }
             let gradient = chord * (stiffness * (length - model.rest_length[i - 1] - model.rest_length[i]) / length);
-            [gradient, gradient]
+            BendingForce { gradients: [gradient, gradient], ..zero }
         }
     }
 }

@@ -13,10 +13,11 @@
 //! stretch, `s` the most compressed section, `φ = (1 + cos θ)/2` the sharpest bend.
 
 use constitutive::yarn::{YarnFrame, bend};
+use nalgebra::SVector;
 use rayon::prelude::*;
 
 use crate::boundary::Boundary;
-use crate::forces::CHUNK;
+use crate::forces::{CHUNK, Forces, bending_force, section_moment, stress_of_frame};
 use crate::model::{BendingLaw, YarnModel};
 use crate::report::StepLimit;
 use crate::settings::{Integrator, YarnSettings};
@@ -44,14 +45,173 @@ pub(crate) struct Rates {
 
 /// Gathers the rates of a state.
 pub(crate) fn rates<const D: usize>(settings: &YarnSettings, model: &YarnModel<D>, state: &YarnState<D>) -> Rates {
-    let (edge, section) = wave_limits(settings, model, state);
-    let fastest = state
+    let sums = if settings.step.integrator == Integrator::Explicit {
+        let waves = Waves::new(settings, model);
+        (0..model.len().div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|chunk| {
+                let mut sums = Sums::default();
+                for i in chunk * CHUNK..((chunk + 1) * CHUNK).min(model.len()) {
+                    sums.moves(&state.velocity[i]);
+                    if model.has_segment(i) {
+                        let frame = YarnFrame::new(&state.deformation[i]);
+                        sums.segment(&waves, i, &frame, || openness(model, state, i));
+                    }
+                }
+                sums
+            })
+            .reduce(Sums::default, Sums::max)
+    } else {
+        fastest(state)
+    };
+    sums.rates(settings)
+}
+
+/// Gathers the rates of a state and evaluates the forces of an explicit step from it, in one pass over the segments.
+pub(crate) fn rates_and_forces<const D: usize>(
+    settings: &YarnSettings,
+    model: &YarnModel<D>,
+    state: &YarnState<D>,
+    forces: &mut Forces<D>,
+) -> Rates {
+    let waves = Waves::new(settings, model);
+    forces.resize(model.len());
+    let sums = forces
+        .traction
+        .par_chunks_mut(CHUNK)
+        .zip(forces.section.par_chunks_mut(CHUNK))
+        .zip(forces.bending.par_chunks_mut(CHUNK))
+        .enumerate()
+        .map(|(chunk, ((traction, section), bending))| {
+            let mut sums = Sums::default();
+            for k in 0..traction.len() {
+                let i = chunk * CHUNK + k;
+                sums.moves(&state.velocity[i]);
+                let bend = bending_force(model, i, &state.position);
+                bending[k] = bend.gradients;
+                if model.has_segment(i) {
+                    let f = &state.deformation[i];
+                    let frame = YarnFrame::new(f);
+                    let stress = stress_of_frame(model, i, f, &frame);
+                    traction[k] = stress.column(0) * (model.volume[i] / model.rest_length[i]);
+                    section[k] = section_moment(&stress, f, model.volume[i]);
+                    sums.segment(&waves, i, &frame, || bend.openness);
+                }
+            }
+            sums
+        })
+        .reduce(Sums::default, Sums::max);
+    sums.rates(settings)
+}
+
+/// What does not change about the waves.
+struct Waves<'a, const D: usize> {
+    model: &'a YarnModel<D>,
+    share: f64,
+    section_share: f64,
+}
+
+impl<'a, const D: usize> Waves<'a, D> {
+    fn new(settings: &YarnSettings, model: &'a YarnModel<D>) -> Self {
+        let share = settings.quadrature_mass_share;
+        Self { model, share, section_share: if share > 0.0 { share } else { 0.5 } }
+    }
+}
+
+/// Largest squared rates [1/s²] and speed [m²/s²] so far.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    edge: f64,
+    section: f64,
+    speed: f64,
+}
+
+impl Sums {
+    fn max(self, other: Self) -> Self {
+        Self {
+            edge: self.edge.max(other.edge),
+            section: self.section.max(other.section),
+            speed: self.speed.max(other.speed),
+        }
+    }
+
+    #[inline(always)]
+    fn moves<const D: usize>(&mut self, velocity: &SVector<f64, D>) {
+        self.speed = self.speed.max(velocity.norm_squared());
+    }
+
+    /// Takes in segment `i`; `open` gives the openness of the bend at its first vertex.
+    #[inline(always)]
+    fn segment<const D: usize>(
+        &mut self,
+        waves: &Waves<'_, D>,
+        i: usize,
+        frame: &YarnFrame<D>,
+        open: impl FnOnce() -> f64,
+    ) {
+        let model = waves.model;
+        let material = &model.materials[model.material[i] as usize];
+        let law = &material.law;
+        let length2 = model.rest_length[i] * model.rest_length[i];
+        let mass = (1.0 - waves.share) * material.density * model.volume[i];
+        let (mut least, mut most) = (1.0f64, 0.0f64);
+        for a in 0..D - 1 {
+            least = least.min(frame.section[a].max(law.min_section));
+            most = most.max(frame.section[a] * frame.section[a]);
+        }
+        let contact = 2.0 * law.mu + law.lambda;
+        // Most sections are open, and a logarithm is dear.
+        let pressure = if least < 1.0 { -contact * least.ln() } else { 0.0 };
+        let section2 = most + frame.shear[0] * frame.shear[0] + frame.shear[1] * frame.shear[1];
+        let shear = 2.0 * law.shear_modulus * section2 + pressure / least;
+        let taut = law.stretch_modulus * (1.0 - 1.0 / frame.stretch).max(0.0);
+        let across = taut + shear / (frame.stretch * frame.stretch).max(1e-2);
+        let stiffness = law.stretch_modulus.max(across) * model.volume[i];
+        let mut rate2 = 4.0 * stiffness / (mass * length2);
+        if model.is_inner(i) {
+            rate2 += match material.bending {
+                BendingLaw::None => 0.0,
+                BendingLaw::Spring(k) => 4.0 * k / mass,
+                BendingLaw::Rod(b) => {
+                    let open = open().max(1e-2);
+                    let length = model.rest_length[i].min(model.rest_length[i - 1]);
+                    16.0 * b / (mass * length.powi(3) * open * open)
+                }
+            };
+        }
+        self.edge = self.edge.max(rate2);
+        let modulus = (contact + pressure).max(shear);
+        let cell2 = model.cell * model.cell;
+        self.section = self.section.max(4.0 * modulus / (waves.section_share * material.density * cell2));
+    }
+
+    /// Steps at which `ω dt = 2` may be reached; of no interest to implicit steps.
+    fn rates(&self, settings: &YarnSettings) -> Rates {
+        let explicit = settings.step.integrator == Integrator::Explicit;
+        let step = |rate2: f64| if explicit { 2.0 / rate2.sqrt() } else { f64::INFINITY };
+        Rates { edge: step(self.edge), section: step(self.section), fastest: self.speed.sqrt() }
+    }
+}
+
+fn fastest<const D: usize>(state: &YarnState<D>) -> Sums {
+    state
         .velocity
         .par_chunks(CHUNK)
-        .map(|v| v.iter().map(|v| v.norm_squared()).fold(0.0, f64::max))
-        .reduce(|| 0.0, f64::max)
-        .sqrt();
-    Rates { edge, section, fastest }
+        .map(|velocity| {
+            let mut sums = Sums::default();
+            velocity.iter().for_each(|v| sums.moves(v));
+            sums
+        })
+        .reduce(Sums::default, Sums::max)
+}
+
+/// Openness of the bend at inner vertex `i`.
+fn openness<const D: usize>(model: &YarnModel<D>, state: &YarnState<D>, i: usize) -> f64 {
+    let x = &state.position;
+    match model.materials[model.material[i] as usize].bending {
+        BendingLaw::Rod(b) => bend(&(x[i] - x[i - 1]), &(x[i + 1] - x[i]), b, 1.0).openness,
+        _ => 1.0,
+    }
 }
 
 /// All limits that apply now; `rates` are those of [`rates`] for this state.
@@ -85,60 +245,4 @@ pub(crate) fn step_limits<const D: usize>(
     }
     add(reach / led, OBSTACLE_MOTION);
     limits
-}
-
-/// Steps at which `ω dt = 2` may be reached, for edges and for sections; of no interest to implicit steps.
-fn wave_limits<const D: usize>(settings: &YarnSettings, model: &YarnModel<D>, state: &YarnState<D>) -> (f64, f64) {
-    if settings.step.integrator != Integrator::Explicit {
-        return (f64::INFINITY, f64::INFINITY);
-    }
-    let share = settings.quadrature_mass_share;
-    let section_share = if share > 0.0 { share } else { 0.5 };
-    let cell2 = model.cell * model.cell;
-    (0..model.len().div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|chunk| {
-            let (mut edge_rate2, mut section_rate2) = (0.0f64, 0.0f64);
-            for i in chunk * CHUNK..((chunk + 1) * CHUNK).min(model.len()) {
-                if !model.has_segment(i) {
-                    continue;
-                }
-                let material = &model.materials[model.material[i] as usize];
-                let law = &material.law;
-                let length2 = model.rest_length[i] * model.rest_length[i];
-                let mass = (1.0 - share) * material.density * model.volume[i];
-                let frame = YarnFrame::new(&state.deformation[i]);
-                let (mut least, mut most) = (1.0f64, 0.0f64);
-                for a in 0..D - 1 {
-                    least = least.min(frame.section[a].max(law.min_section));
-                    most = most.max(frame.section[a] * frame.section[a]);
-                }
-                let contact = 2.0 * law.mu + law.lambda;
-                let pressure = -contact * least.ln();
-                let section2 = most + frame.shear[0] * frame.shear[0] + frame.shear[1] * frame.shear[1];
-                let shear = 2.0 * law.shear_modulus * section2 + pressure / least;
-                let taut = law.stretch_modulus * (1.0 - 1.0 / frame.stretch).max(0.0);
-                let across = taut + shear / (frame.stretch * frame.stretch).max(1e-2);
-                let stiffness = law.stretch_modulus.max(across) * model.volume[i];
-                let mut rate2 = 4.0 * stiffness / (mass * length2);
-                if model.is_inner(i) {
-                    rate2 += match material.bending {
-                        BendingLaw::None => 0.0,
-                        BendingLaw::Spring(k) => 4.0 * k / mass,
-                        BendingLaw::Rod(b) => {
-                            let (e, f) =
-                                (state.position[i] - state.position[i - 1], state.position[i + 1] - state.position[i]);
-                            let open = bend(&e, &f, b, 1.0).openness.max(1e-2);
-                            let length = model.rest_length[i].min(model.rest_length[i - 1]);
-                            16.0 * b / (mass * length.powi(3) * open * open)
-                        }
-                    };
-                }
-                edge_rate2 = edge_rate2.max(rate2);
-                let modulus = (contact + pressure).max(shear);
-                section_rate2 = section_rate2.max(4.0 * modulus / (section_share * material.density * cell2));
-            }
-            (2.0 / edge_rate2.sqrt(), 2.0 / section_rate2.sqrt())
-        })
-        .reduce(|| (f64::INFINITY, f64::INFINITY), |a, b| (a.0.min(b.0), a.1.min(b.1)))
 }

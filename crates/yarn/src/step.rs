@@ -110,11 +110,14 @@ pub(crate) fn affine_contribution<const D: usize>(
 }
 
 /// Takes one step of length `dt`. On an error the state is undefined.
+///
+/// `evaluated`: the forces in `scratch` are those of the state (explicit steps).
 pub(crate) fn step<const D: usize>(
     setting: &Setting<'_, D>,
     state: &mut YarnState<D>,
     scratch: &mut Scratch<D>,
     dt: f64,
+    evaluated: bool,
 ) -> Result<Outcome<D>, YarnError> {
     let Setting { settings, model, boundary, gravity } = *setting;
     let posed = boundary.at(state.time);
@@ -126,7 +129,9 @@ pub(crate) fn step<const D: usize>(
     let mut solve = SolveOutcome::default();
     match &settings.step.integrator {
         Integrator::Explicit => {
-            scratch.forces.evaluate(model, &state.position, &state.deformation, &state.deformation);
+            if !evaluated {
+                scratch.forces.evaluate(model, &state.position, &state.deformation, &state.deformation, &[]);
+            }
             particles_to_grid(model, state, Some((&scratch.forces, dt)), &boundary.driven, &mut scratch.transfer);
             totals.drives.extend(targets.iter().map(|&(vertex, _)| -scratch.forces.on_vertex(vertex) * dt));
             nodes::update(&mut scratch.transfer, &posed, &loads, dt, least_mass, &mut scratch.blocks);

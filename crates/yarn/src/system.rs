@@ -10,10 +10,10 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use crate::boundary::Boundary;
 use crate::diagnostics;
 use crate::error::{YarnError, YarnWarning};
-use crate::limits::{Rates, rates, step_limits};
+use crate::limits::{Rates, rates, rates_and_forces, step_limits};
 use crate::model::YarnModel;
 use crate::report::{Energy, Momentum, StepLimit, StepReport, YarnFrameData};
-use crate::settings::{OversizedStep, YarnSettings, gravity};
+use crate::settings::{Integrator, OversizedStep, YarnSettings, gravity};
 use crate::state::YarnState;
 use crate::step::{Scratch, Setting, step};
 
@@ -51,6 +51,8 @@ pub struct YarnSystem<const D: usize> {
     scratch: Scratch<D>,
     /// What limits the next step, once somebody has asked for it.
     rates: OnceLock<Rates>,
+    /// The forces in `scratch` are those of the present state.
+    evaluated: bool,
 }
 
 impl<const D: usize> YarnSystem<D> {
@@ -90,6 +92,7 @@ impl<const D: usize> YarnSystem<D> {
             warnings,
             scratch,
             rates: OnceLock::new(),
+            evaluated: false,
         })
     }
 
@@ -113,7 +116,7 @@ impl<const D: usize> YarnSystem<D> {
 
     /// The present state, to be changed by the caller (initial velocities, damping between steps).
     pub fn state_mut(&mut self) -> &mut YarnState<D> {
-        self.rates.take();
+        self.forget();
         &mut self.state
     }
 
@@ -147,7 +150,7 @@ impl<const D: usize> YarnSystem<D> {
             return Err(YarnError::NonFinite { yarn, vertex, quantity: "state", step: state.step });
         }
         self.state = state;
-        self.rates.take();
+        self.forget();
         Ok(())
     }
 
@@ -161,6 +164,23 @@ impl<const D: usize> YarnSystem<D> {
     #[must_use]
     pub fn step_limits(&self) -> Vec<StepLimit> {
         step_limits(&self.settings, *self.rates(), &self.boundary, &self.state)
+    }
+
+    /// Nothing that was computed of the state holds any longer.
+    fn forget(&mut self) {
+        self.rates.take();
+        self.evaluated = false;
+    }
+
+    /// Gathers limits and forces of the present state, in one pass where both are wanted.
+    fn evaluate(&mut self) {
+        if self.settings.step.integrator != Integrator::Explicit {
+            self.rates();
+        } else if !self.evaluated {
+            let rates = rates_and_forces(&self.settings, &self.model, &self.state, &mut self.scratch.forces);
+            self.rates = OnceLock::from(rates);
+            self.evaluated = true;
+        }
     }
 
     fn rates(&self) -> &Rates {
@@ -197,6 +217,7 @@ impl<const D: usize> YarnSystem<D> {
         let mut done = 0.0;
         loop {
             let left = dt - done;
+            self.evaluate();
             let limit = self.tightest_limit();
             let pieces = limit.map_or(1, |limit| (left / limit.seconds * (1.0 - 1e-12)).ceil().max(1.0) as usize);
             if let Some(limit) = limit
@@ -237,15 +258,16 @@ impl<const D: usize> YarnSystem<D> {
         let ledger = &mut self.state.ledger;
         ledger.scale = ledger.scale.max(momentum).max(ledger.initial.norm());
         // The next step will want them; here they are gathered on the threads that are at work anyway.
-        self.rates();
+        self.evaluate();
         Ok(report)
     }
 
     fn substep(&mut self, dt: f64, report: &mut StepReport<D>) -> Result<(), YarnError> {
-        self.rates.take();
+        let evaluated = self.evaluated;
+        self.forget();
         let setting =
             Setting { settings: &self.settings, model: &self.model, boundary: &self.boundary, gravity: self.gravity };
-        let outcome = step(&setting, &mut self.state, &mut self.scratch, dt)?;
+        let outcome = step(&setting, &mut self.state, &mut self.scratch, dt, evaluated)?;
         report.substeps += 1;
         report.newton_iterations += outcome.solve.newton;
         report.cg_iterations += outcome.solve.cg;

@@ -3,6 +3,7 @@
 //! One file per subcommand. Exit codes: 0 done, 1 the run (or a validation case) failed with its state saved, 2 bad input.
 
 mod command;
+mod out;
 mod progress;
 mod stop;
 
@@ -11,6 +12,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use command::{Command, Exit};
+use out::tell;
 
 /// Simulates strands, shear-dependent liquids, yarns and microgels from scene files.
 #[derive(Parser)]
@@ -33,7 +35,7 @@ fn main() -> ExitCode {
     match cli.command.run() {
         Ok(exit) => exit.code(),
         Err(report) => {
-            eprintln!("{report:?}");
+            tell!("{report:?}");
             Exit::BadInput.code()
         }
     }

@@ -1,5 +1,6 @@
 //! What a person sees while a run goes on: a bar on a terminal, JSON lines for programs, nothing elsewhere.
 
+use crate::out::tell;
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
@@ -24,7 +25,7 @@ struct Quiet;
 impl Observer for Quiet {
     fn progress(&mut self, _: &Progress) {}
     fn note(&mut self, text: &str) {
-        eprintln!("{text}");
+        tell!("{text}");
     }
 }
 

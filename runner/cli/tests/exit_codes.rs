@@ -4,7 +4,7 @@ mod common;
 
 use std::fs;
 
-use common::{WISP, code_and_errors, run, scene};
+use common::{WISP, code_and_errors, run, scene, viscose};
 
 #[test]
 fn misspelt_fields_end_with_code_two_and_the_nearest_name() {
@@ -91,4 +91,33 @@ fn a_saved_state_can_be_replayed_as_it_failed_and_with_other_settings() {
     let (code, errors) = code_and_errors(&run(&["replay", &last]));
     assert_eq!(code, Some(2));
     assert!(errors.contains("--scene"), "{errors}");
+}
+
+/// A reader that leaves early (`viscose … | head`) changes nothing: not the exit code, not the run.
+#[test]
+fn a_reader_that_leaves_does_not_end_the_program() {
+    let gone = || {
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        drop(reader);
+        writer
+    };
+    let dir = tempfile::tempdir().unwrap();
+    let bad = scene(dir.path(), "bad.ron", &WISP.replace("radius: 0.005", "raduis: 0.005"));
+    let status = viscose().args(["check", bad.to_str().unwrap()]).stdout(gone()).stderr(gone()).status().unwrap();
+    assert_eq!(status.code(), Some(2));
+    let file = scene(dir.path(), "wisp.ron", WISP);
+    let out = dir.path().join("out");
+    let args = ["run", file.to_str().unwrap(), "--out", out.to_str().unwrap(), "--set", "time.end=0.003"];
+    let status = viscose().args(args).arg("--json-progress").stdout(gone()).stderr(gone()).status().unwrap();
+    assert_eq!(status.code(), Some(0));
+    assert!(fs::read_to_string(out.join("summary.json")).unwrap().contains("\"completed\""));
+    let status = viscose().args(["material", "watr"]).stdout(gone()).stderr(gone()).status().unwrap();
+    assert_eq!(status.code(), Some(2));
+}
+
+#[test]
+fn a_misspelt_material_is_answered_with_the_nearest_name() {
+    let (code, errors) = code_and_errors(&run(&["material", "shaving-creme"]));
+    assert_eq!(code, Some(2));
+    assert!(errors.contains("did you mean `shaving-cream`"), "{errors}");
 }

@@ -2,7 +2,7 @@
 
 use super::system::MicrogelSystem;
 use granular::demodulation::Demodulation;
-use granular::experiment::{Drive, Ensemble, Experiment, GateLevel, Measure, Moduli, Rheometer, Summary};
+use granular::experiment::{Drive, Ensemble, Experiment, GateLevel, Measure, Moduli, Rheometer, Summary, figures};
 use granular::model::Mode;
 use granular::statistics::{Estimate, bootstrap, estimate};
 use granular::stress::{COLUMNS, Row};
@@ -159,6 +159,11 @@ fn recipe(system: &MicrogelSystem) -> Value {
     recipe
 }
 
+/// Whether there are moduli.
+fn oscillates(runs: &[Summary]) -> bool {
+    runs.first().and_then(|run| run.segments.first()).is_some_and(|segment| !segment.moduli.is_empty())
+}
+
 /// `rheology.json`.
 pub(super) fn rheology(system: &MicrogelSystem) -> Vec<u8> {
     let (runs, failed) = system.summaries();
@@ -176,8 +181,14 @@ pub(super) fn rheology(system: &MicrogelSystem) -> Vec<u8> {
         "lissajous": lissajous(&system.state.samples[0].rheometer),
     });
     let ensemble = Ensemble::new(runs, failed);
-    value["g_prime"] = json!(ensemble.g_prime);
-    value["g_double_prime"] = json!(ensemble.g_double_prime);
+    if oscillates(&ensemble.runs) {
+        value["g_prime"] = json!(ensemble.g_prime);
+        value["g_double_prime"] = json!(ensemble.g_double_prime);
+    }
+    let figures = figures(&ensemble.runs);
+    if !figures.is_empty() {
+        value["figures"] = json!(figures);
+    }
     value["samples"] = json!(ensemble.runs);
     value["failed"] = json!(ensemble.failed);
     let mut text = serde_json::to_string_pretty(&value).unwrap_or_default();
@@ -221,13 +232,17 @@ pub(super) fn summary(system: &MicrogelSystem) -> Map<String, Value> {
     }
     let of = |figure: fn(&Summary) -> f64| estimate(&runs.iter().map(figure).collect::<Vec<f64>>());
     put("headline_measure", json!(name(headline(&runs))));
-    if runs[0].segments.first().is_some_and(|segment| !segment.moduli.is_empty()) {
-        for (name, of) in [("g_prime", of(|run| run.g_prime)), ("g_double_prime", of(|run| run.g_double_prime))] {
-            put(name, json!(of.mean));
-            if of.count > 1 {
-                put(&format!("{name}_sd"), json!(of.sd));
-                put(&format!("{name}_half_width"), json!(of.half_width));
-            }
+    let mut estimates: Vec<(String, Estimate)> =
+        figures(&runs).into_iter().map(|figure| (figure.name, figure.estimate)).collect();
+    if oscillates(&runs) {
+        estimates.push(("g_prime".into(), of(|run| run.g_prime)));
+        estimates.push(("g_double_prime".into(), of(|run| run.g_double_prime)));
+    }
+    for (name, of) in estimates {
+        put(&name, json!(of.mean));
+        if of.count > 1 {
+            put(&format!("{name}_sd"), json!(of.sd));
+            put(&format!("{name}_half_width"), json!(of.half_width));
         }
     }
     put("packing", json!(of(|run| run.sample.packing).mean));

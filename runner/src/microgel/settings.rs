@@ -50,7 +50,7 @@ pub fn settings(scene: &Scene, microgel: &Microgel) -> Result<MicrogelSettings, 
             DriftRule::Double => Drift::Double,
             DriftRule::Keep => Drift::Keep,
         }),
-        step_factor: microgel.step_factor,
+        step_factor: microgel.step_factor.unwrap_or(0.0), // 0: the mode's own
         // energies are taken from the state where a row needs them
         record_energy: false,
     };
@@ -187,8 +187,7 @@ mod tests {
         let text = "Scene(units: Si, seed: 7, microgel: (experiment: Oscillation()))";
         let scene = load_str(text, "test.ron", &[]).unwrap().scene;
         let found = super::settings(&scene, scene.microgel.as_ref().unwrap()).unwrap();
-        let library =
-            granular::experiment::MicrogelSettings { seed: 7, seeds: 1, step_factor: 1.0, ..Default::default() };
+        let library = granular::experiment::MicrogelSettings { seed: 7, seeds: 1, ..Default::default() };
         assert_eq!(found, library);
     }
 

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use granular::experiment::FigureEstimate;
 use granular::frame::colour;
 use granular::statistics::{Estimate, holm, welch};
 use serde_json::Value;
@@ -54,11 +55,13 @@ pub(super) fn of_run(page: &mut String, run: &RunData) {
     let headline = rheology.get("headline").and_then(Value::as_str).unwrap_or("bulk");
     let moduli = list(rheology, "moduli");
     let curves = list(rheology, "lissajous");
-    if moduli.is_empty() && curves.is_empty() {
+    let figures = figures(rheology);
+    if moduli.is_empty() && curves.is_empty() && figures.is_empty() {
         return;
     }
     page.push_str("<h2>Rheology</h2>\n");
     table(page, moduli, headline);
+    figure_table(page, &figures, headline);
     page.push_str("<div class=\"plots\">");
     over_time(page, run);
     let different = |name: &str| {
@@ -165,6 +168,48 @@ fn table(page: &mut String, moduli: &[Value], headline: &str) {
     page.push_str("</table>\n");
 }
 
+/// What an experiment without oscillation found; empty for oscillations.
+fn figures(rheology: &Value) -> Vec<FigureEstimate> {
+    list(rheology, "figures").iter().filter_map(|figure| serde_json::from_value(figure.clone()).ok()).collect()
+}
+
+fn unit_of(figure: &FigureEstimate) -> &str {
+    if figure.unit == "1" { "" } else { &figure.unit }
+}
+
+fn figure_table(page: &mut String, figures: &[FigureEstimate], headline: &str) {
+    if figures.is_empty() {
+        return;
+    }
+    let _ = write!(
+        page,
+        "<p class=\"note\">± is the half width of the 95 % interval over the samples; by the {headline} stress.</p>\
+         <table><tr><th></th><th>Mean</th><th>Standard deviation</th><th>Samples</th></tr>"
+    );
+    for figure in figures {
+        let (of, unit) = (&figure.estimate, unit_of(figure));
+        let _ = write!(
+            page,
+            "<tr><td>{}</td><td>{} ± {} {unit}</td><td>{} {unit}</td><td>{}</td></tr>",
+            escape(&figure.name.replace('_', " ")),
+            significant(of.mean),
+            significant(of.half_width),
+            significant(of.sd),
+            of.count
+        );
+    }
+    page.push_str("</table>\n");
+}
+
+/// Four significant digits.
+fn significant(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return format!("{x}");
+    }
+    let digits = 3 - x.abs().log10().floor() as i32;
+    if (-1..=7).contains(&digits) { format!("{x:.*}", digits.max(0) as usize) } else { format!("{x:.3e}") }
+}
+
 /// Inks that stay apart for the colour-blind.
 const INKS: [[u8; 3]; 8] = [
     [0, 114, 178],
@@ -243,42 +288,51 @@ pub(super) fn study(page: &mut String, sections: &[Section]) {
     page.push_str("</div>\n");
 }
 
+/// What two ensembles can be compared by: figures with a spread over samples.
+fn compared(rheology: &Value) -> Vec<FigureEstimate> {
+    let modulus = |name: &str, shown: &str| -> Option<FigureEstimate> {
+        let estimate: Estimate = serde_json::from_value(rheology.get(name)?.clone()).ok()?;
+        Some(FigureEstimate { name: shown.into(), unit: "Pa".into(), estimate })
+    };
+    let moduli = [modulus("g_prime", "G′"), modulus("g_double_prime", "G″")];
+    moduli.into_iter().flatten().chain(figures(rheology)).filter(|figure| figure.estimate.count > 1).collect()
+}
+
 /// Welch's test between all pairs of ensembles on the page, corrected for their number.
 pub(super) fn comparison(page: &mut String, sections: &[Section]) {
-    let of = |section: &Section, name: &str| -> Option<Estimate> {
-        serde_json::from_value(section.run.rheology.as_ref()?.get(name)?.clone())
-            .ok()
-            .filter(|e: &Estimate| e.count > 1)
-    };
-    let ensembles: Vec<(String, [Estimate; 2])> = sections
+    let ensembles: Vec<(String, Vec<FigureEstimate>)> = sections
         .iter()
-        .filter_map(|section| Some((section.run.title(), [of(section, "g_prime")?, of(section, "g_double_prime")?])))
-        .filter(|(_, both)| both.iter().any(|estimate| estimate.mean != 0.0))
+        .filter_map(|section| Some((section.run.title(), compared(section.run.rheology.as_ref()?))))
+        .filter(|(_, figures)| !figures.is_empty())
         .take(COMPARED)
         .collect();
-    if ensembles.len() < 2 {
-        return;
-    }
     let mut pairs = Vec::new();
     for (a, first) in ensembles.iter().enumerate() {
         for second in &ensembles[a + 1..] {
-            for (k, name) in ["G′", "G″"].into_iter().enumerate() {
-                pairs.push((&first.0, &second.0, name, welch(&first.1[k], &second.1[k])));
+            for figure in &first.1 {
+                if let Some(other) = second.1.iter().find(|other| other.name == figure.name) {
+                    pairs.push((&first.0, &second.0, figure, welch(&figure.estimate, &other.estimate)));
+                }
             }
         }
+    }
+    if pairs.is_empty() {
+        return;
     }
     let corrected = holm(&pairs.iter().map(|pair| pair.3.p).collect::<Vec<f64>>());
     page.push_str(
         "<h2>Comparison of samples</h2>\n<p class=\"note\">Welch's test between the means over the seeds; p is corrected for the \
          number of comparisons (Holm).</p><table><tr><th>First</th><th>Second</th><th></th><th>Difference</th><th>t</th><th>p</th></tr>",
     );
-    for ((first, second, name, test), p) in pairs.iter().zip(corrected) {
+    for ((first, second, figure, test), p) in pairs.iter().zip(corrected) {
         let _ = write!(
             page,
-            "<tr><td>{}</td><td>{}</td><td>{name}</td><td>{:.2} Pa</td><td>{:.2}</td><td>{p:.3}</td></tr>",
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{} {}</td><td>{:.2}</td><td>{p:.3}</td></tr>",
             escape(first),
             escape(second),
-            test.difference,
+            escape(&figure.name.replace('_', " ")),
+            significant(test.difference),
+            unit_of(figure),
             test.t
         );
     }

@@ -62,5 +62,7 @@ section! {
         detection: Detection = [blank] () "";
         /// When the tolerance is not reached.
         on_failure: ContactFailure = [ContactFailure::Continue] () "";
+        /// Leaves the contact problem of every so many steps in the run's folder, as `contact-problem-STEP.ron`.
+        save_every: Option<u64> = [None] (Number, above(0.0)) "Large: some megabytes for a thousand contacts. `viscose contact` solves them.";
     }
 }

@@ -89,11 +89,12 @@ choice! {
 choice! {
     /// The matrix of the shear solve.
     pub enum ShearTangent {
-        /// Symmetrised consistent tangent, with the safe one where it breaks down.
+        /// Symmetrised consistent tangent, with the safe one where it breaks down; iterated, at most four times, where the flow changes
+        /// so much within a step that one linearisation could overshoot.
         Symmetric;
-        /// Positive semidefinite always.
+        /// Positive semidefinite always; iterated likewise.
         Safe;
-        /// Newton iterations on the exact balance.
+        /// As `Symmetric` with up to twelve Newton iterations.
         Newton;
     }
 }
@@ -101,6 +102,8 @@ choice! {
 choice! {
     /// Where the products of the shear solve take their material from.
     pub enum Operator {
+        /// `Cells`, or `Particles` where elastic waves cross more than a cell in a step and `Cells` would not be stable.
+        Automatic;
         /// From a few points in each cell, into which the particles are summed once per solve.
         Cells;
         /// From every particle every time: the reference, some tens of times slower.
@@ -112,7 +115,7 @@ section! {
     /// The shear solve.
     pub struct ShearSolver {
         /// Where products take their material from.
-        operator: Operator = [Operator::Cells] () "";
+        operator: Operator = [Operator::Automatic] () "";
         /// Matrix.
         tangent: ShearTangent = [ShearTangent::Symmetric] () "";
         /// Residual relative to the right-hand side.
@@ -129,6 +132,8 @@ section! {
         tolerance: f64 = [1e-8] (Number, above(0.0).up_to(0.1)) "Larger lets the volume drift.";
         /// Iterations of the conjugate gradients.
         max_iterations: usize = [1000] (Number, at_least(1.0).up_to(1_000_000.0)) "";
+        /// Finds the pressure of the free motion before shear is solved for, so that walls do not drag on liquid at rest.
+        prediction: bool = [true] () "Off saves a few pressure iterations; liquid that sticks to walls then creeps at up to g dt.";
         /// Projects once more at the end of the step.
         final_projection: bool = [false] () "";
     }

@@ -394,8 +394,8 @@ section! {
         drift: Option<DriftRule> = [None] () "";
         /// Number of samples with successive seeds, run in parallel.
         seeds: u32 = [1] (Number, at_least(1.0).up_to(100_000.0)) "Error bars shrink with its root; the record shows the first.";
-        /// Factor on the published time step of the measurement.
-        step_factor: f64 = [1.0] (Number, at_least(1e-6).up_to(1000.0)) "Larger is faster and less exact; the guard cuts what is too large.";
+        /// Factor on the published time step of the measurement; default: 4 in physical, 1 in compat mode.
+        step_factor: Option<f64> = [None] (Number, at_least(1e-6).up_to(1000.0)) "Larger is faster and less exact; the guard cuts what is too large.";
         /// Steps of the grains per row of `series.csv` and `microgel.csv`.
         record_every: u64 = [10] (Number, at_least(1.0).up_to(1e9)) "1 gives the table as published; moduli always use every step.";
     }

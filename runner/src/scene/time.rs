@@ -2,7 +2,10 @@
 
 use super::declare::{choice, section};
 use super::quantity::{above, at_least};
-use std::f64::consts::{FRAC_PI_6, PI};
+use std::f64::consts::PI;
+
+/// Default of the largest turn of an edge in one step: 6°, chosen from error against cost (docs/decisions/rod-step.md).
+const TURN: f64 = PI / 30.0;
 
 section! {
     /// Steps as large as every active component allows.
@@ -16,7 +19,7 @@ section! {
         /// Largest deformation of a liquid particle in one step (norm of the velocity gradient times the step).
         deformation: f64 = [0.5] (Number, above(0.0).up_to(1.0)) "";
         /// Largest turn of an edge in one step.
-        turn: f64 = [FRAC_PI_6] (Angle, above(0.0).up_to(PI)) "Smaller is more accurate (6° for a few per cent, see docs/decisions/rod-step.md); a step that turned twice as far is repeated.";
+        turn: f64 = [TURN] (Angle, above(0.0).up_to(PI)) "Smaller is more accurate (the default for a few per cent, see docs/decisions/rod-step.md); a step that turned twice as far, and more than 30°, is repeated.";
         /// How fast the step may grow again after a rejected one.
         growth: f64 = [1.5] (Number, at_least(1.0).up_to(10.0)) "";
     }

@@ -19,6 +19,6 @@ fn deform<const D: usize>(flow: &mut Flow<D>, state: &mut FlowState<D>, step: St
     let result = mpm::deformation::deformation(particles, &flow.materials, &mut flow.previous, step.dt, compressible);
     flow.report.deformation = result.map_err(|error| rejection("deformation", &error, &particles.id))?;
     finite::strains("deformation", particles)?;
-    flow.report.released = flow.settle_volume(state);
+    flow.report.released = mpm::tension::settle_volume(particles, &flow.materials, &flow.grid, &flow.settings);
     Ok(())
 }

@@ -310,7 +310,14 @@ impl System for World {
     fn final_files(&self) -> Vec<(String, Vec<u8>)> {
         // a run that went on past an unsolved problem leaves the first one beside its record
         let goes_on = self.contact.as_ref().is_some_and(|contact| !contact.rejects);
-        if goes_on { self.unsolved_contact_problem().into_iter().collect() } else { Vec::new() }
+        let mut files: Vec<_> =
+            if goes_on { self.unsolved_contact_problem().into_iter().collect() } else { Vec::new() };
+        for (step, problem) in self.contact.iter().flat_map(|contact| &contact.saved) {
+            if let Ok(text) = ::contact::problem::ron::write(problem) {
+                files.push((format!("contact-problem-{step:06}.ron"), text.into_bytes()));
+            }
+        }
+        files
     }
 }
 

@@ -266,9 +266,13 @@ impl World {
 /// more than this part of the chosen turn too much is repeated.
 const TURN_SLACK: f64 = 2.0;
 
+/// Turn of an edge in one step \[rad\] that is never too much: a curl that is let go turns its tip this far in any step that
+/// can be taken, and the implicit step is sound there.
+const SOUND_TURN: f64 = std::f64::consts::FRAC_PI_6;
+
 fn turn_limit(scene: &Scene) -> f64 {
     match &scene.time.step {
-        crate::scene::time::StepControl::Adaptive(adaptive) => TURN_SLACK * adaptive.turn,
+        crate::scene::time::StepControl::Adaptive(adaptive) => (TURN_SLACK * adaptive.turn).max(SOUND_TURN),
         crate::scene::time::StepControl::Fixed(_) => f64::INFINITY,
     }
 }

@@ -127,9 +127,16 @@ fn no_load(params: &Params) -> Result<Outcome, CaseError> {
 }
 
 fn stiff_elastic(params: &Params) -> Result<Outcome, CaseError> {
-    let run = run_of(scene!("liquid-stiff-elastic"), params)?;
+    let (text, name) = scene!("liquid-stiff-elastic");
+    let run = SceneRun::hard(text, name, params)?;
     let mut out = judged(&run)?;
     out.measure("energy_growth", growth(&run)?, |x| x <= 0.01, "the energy does not grow");
+    for (label, modulus) in [("at_1e4_pa", "1e4"), ("at_1e7_pa", "1e7")] {
+        let set = format!("materials.liquid.shear_modulus={modulus}");
+        let other = SceneRun::of(text, name, &[set])?;
+        let why = "neither when blocks are softer or stiffer";
+        out.measure(&format!("energy_growth_{label}"), growth(&other)?, |x| x <= 0.01 && other.completed() == 1.0, why);
+    }
     Ok(out)
 }
 

@@ -2,6 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use super::flow::FlowLimits;
 use super::frame::{SECTION, YarnFrame};
 use super::law::{SectionResponse, YarnLaw};
 
@@ -10,7 +11,10 @@ use super::law::{SectionResponse, YarnLaw};
 pub struct StressTangent<const D: usize> {
     frame: YarnFrame<D>,
     stretch_modulus: f64,
+    /// Traction over shear.
     shear_modulus: f64,
+    /// Direction of the shear where it flows: the traction then only turns.
+    flow: Option<[f64; SECTION]>,
     slope: [f64; SECTION],
     curvature: [[f64; SECTION]; SECTION],
     /// `(h₁' − h₂')/(s₁ − s₂)` and `(h₁' + h₂')/(s₁ + s₂)`.
@@ -22,8 +26,25 @@ impl YarnLaw {
     /// Prepares `δF ↦ δP` at `deformation` (corrected law).
     #[must_use]
     pub fn tangent<const D: usize>(&self, deformation: &SMatrix<f64, D, D>) -> StressTangent<D> {
+        self.flow_tangent(deformation, &FlowLimits::ELASTIC, false)
+    }
+
+    /// Prepares the differential of [`YarnLaw::flow_stress`] at `deformation`.
+    ///
+    /// `secant`: for flowing shear take stress over shear in place of its derivative, which is zero along the flow. The quadratic
+    /// potential with this curvature lies above the true one, so that a Newton step with it does not overshoot.
+    #[must_use]
+    pub fn flow_tangent<const D: usize>(
+        &self,
+        deformation: &SMatrix<f64, D, D>,
+        limits: &FlowLimits,
+        secant: bool,
+    ) -> StressTangent<D> {
         let frame = YarnFrame::new(deformation);
-        let response = SectionResponse::new::<D>(self, &frame.section);
+        let response = SectionResponse::new::<D>(self, &frame.section, limits.shape);
+        let shear = (frame.shear[0] * frame.shear[0] + frame.shear[1] * frame.shear[1]).sqrt();
+        let flows = shear > limits.shear;
+        let keep = if flows { limits.shear / shear } else { 1.0 };
         let (mut difference, mut sum) = (0.0, 0.0);
         if D == 3 {
             let [s1, s2] = frame.section;
@@ -40,7 +61,8 @@ impl YarnLaw {
         StressTangent {
             frame,
             stretch_modulus: self.stretch_modulus,
-            shear_modulus: self.shear_modulus,
+            shear_modulus: self.shear_modulus * keep,
+            flow: (flows && !secant).then(|| frame.shear.map(|r| r / shear)),
             slope: response.slope,
             curvature: response.curvature,
             difference,
@@ -55,7 +77,7 @@ impl<const D: usize> StressTangent<D> {
     #[must_use]
     pub fn apply(&self, change: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
         let f = &self.frame;
-        let (k, g) = (self.stretch_modulus, self.shear_modulus);
+        let k = self.stretch_modulus;
         let first: SVector<f64, D> = change.column(0).into_owned();
         let stretch_rate = f.tangent.dot(&first);
         let tangent_rate = (first - f.tangent * stretch_rate) / f.stretch;
@@ -76,6 +98,13 @@ impl<const D: usize> StressTangent<D> {
             // q·B = 0, so the turning of q sees only the normal part of the column plus nothing of the shear part.
             shear_rate[a] = normal_part[a].dot(&tangent_rate) + column.dot(&f.tangent);
             normal_rate[a] = column - tangent_rate * f.shear[a] - f.tangent * shear_rate[a];
+        }
+
+        let traction = f.shear.map(|r| self.shear_modulus * r);
+        let mut traction_rate = shear_rate.map(|r| self.shear_modulus * r);
+        if let Some(along) = self.flow {
+            let growth = along[0] * traction_rate[0] + along[1] * traction_rate[1];
+            traction_rate = [traction_rate[0] - along[0] * growth, traction_rate[1] - along[1] * growth];
         }
 
         // δG in the principal frame.
@@ -111,14 +140,16 @@ impl<const D: usize> StressTangent<D> {
 
         let mut column = f.tangent * (k * stretch_rate) + tangent_rate * (k * (f.stretch - 1.0));
         for a in 0..D - 1 {
-            let difference = normal_part[a] * g - slope_part[a];
-            column += ((normal_rate[a] * g - slope_rate[a]) * f.shear[a] + difference * shear_rate[a]) / f.stretch
-                - difference * (f.shear[a] * stretch_rate / (f.stretch * f.stretch));
+            let turning = normal_part[a] * traction[a] - slope_part[a] * f.shear[a];
+            let rate = normal_rate[a] * traction[a] + normal_part[a] * traction_rate[a]
+                - slope_rate[a] * f.shear[a]
+                - slope_part[a] * shear_rate[a];
+            column += rate / f.stretch - turning * (stretch_rate / (f.stretch * f.stretch));
         }
         let mut rate = SMatrix::<f64, D, D>::zeros();
         rate.set_column(0, &column);
         for a in 0..D - 1 {
-            let section = tangent_rate * (g * f.shear[a]) + f.tangent * (g * shear_rate[a]) + slope_rate[a];
+            let section = tangent_rate * traction[a] + f.tangent * traction_rate[a] + slope_rate[a];
             rate.set_column(a + 1, &section);
         }
         rate

@@ -60,7 +60,7 @@ impl YarnLaw {
     pub fn energy<const D: usize>(&self, deformation: &SMatrix<f64, D, D>) -> f64 {
         let frame = YarnFrame::new(deformation);
         let shear2 = frame.shear[0] * frame.shear[0] + frame.shear[1] * frame.shear[1];
-        let section = SectionResponse::new::<D>(self, &frame.section);
+        let section = SectionResponse::new::<D>(self, &frame.section, f64::INFINITY);
         0.5 * self.stretch_modulus * (frame.stretch - 1.0).powi(2) + 0.5 * self.shear_modulus * shear2 + section.energy
     }
 
@@ -79,18 +79,29 @@ impl YarnLaw {
     #[inline]
     #[must_use]
     pub fn stress_of_frame<const D: usize>(&self, frame: &YarnFrame<D>) -> SMatrix<f64, D, D> {
-        let section = SectionResponse::new::<D>(self, &frame.section);
+        let section = SectionResponse::new::<D>(self, &frame.section, f64::INFINITY);
+        self.stress_of_parts(frame, self.shear_modulus, &section)
+    }
+
+    /// Stress from the traction `shear_modulus` times shear and from the slopes of the section's energy.
+    #[inline]
+    pub(super) fn stress_of_parts<const D: usize>(
+        &self,
+        frame: &YarnFrame<D>,
+        shear_modulus: f64,
+        section: &SectionResponse,
+    ) -> SMatrix<f64, D, D> {
         let resolved = frame.principal_shear();
         let mut first = frame.tangent * (self.stretch_modulus * (frame.stretch - 1.0));
         for i in 0..D - 1 {
             // Turning the tangent at fixed section columns changes shear and section together.
-            let turning = (self.shear_modulus * frame.section[i] - section.slope[i]) * resolved[i] / frame.stretch;
+            let turning = (shear_modulus * frame.section[i] - section.slope[i]) * resolved[i] / frame.stretch;
             first += frame.directions[i] * turning;
         }
         let mut stress = SMatrix::<f64, D, D>::zeros();
         stress.set_column(0, &first);
         for a in 1..D {
-            let mut column = frame.tangent * (self.shear_modulus * frame.shear[a - 1]);
+            let mut column = frame.tangent * (shear_modulus * frame.shear[a - 1]);
             for i in 0..D - 1 {
                 column += frame.directions[i] * (section.slope[i] * frame.material[i][a - 1]);
             }
@@ -133,9 +144,9 @@ pub(super) struct SectionResponse {
 }
 
 impl SectionResponse {
-    /// Evaluates at the signed principal stretches `section`.
+    /// Evaluates at the signed principal stretches `section`; beyond half a strain difference of `shape` the shape flows.
     #[inline]
-    pub fn new<const D: usize>(law: &YarnLaw, section: &[f64; SECTION]) -> Self {
+    pub fn new<const D: usize>(law: &YarnLaw, section: &[f64; SECTION], shape: f64) -> Self {
         let count = D - 1;
         let modulus = law.contact_modulus::<D>();
         let mut at = [1.0; SECTION];
@@ -150,16 +161,22 @@ impl SectionResponse {
         let compressed = if trace < 0.0 { 1.0 } else { 0.0 };
         let mut energy = 0.5 * modulus * compressed * trace * trace;
         let mut slope = [0.0; SECTION];
+        let mut shape_modulus = 2.0 * law.mu;
         for i in 0..count {
-            let deviator = strain[i] - mean;
-            energy += law.mu * deviator * deviator;
+            let mut deviator = strain[i] - mean;
+            let held = if deviator.abs() > shape { shape.copysign(deviator) } else { deviator };
+            energy += law.mu * held * (2.0 * deviator - held);
+            if held != deviator {
+                deviator = held;
+                shape_modulus = 0.0;
+            }
             slope[i] = (2.0 * law.mu * deviator + modulus * compressed * trace) / at[i];
         }
         let mut curvature = [[0.0; SECTION]; SECTION];
         for i in 0..count {
             for j in 0..count {
                 let unit = if i == j { 1.0 } else { 0.0 };
-                let tangent = 2.0 * law.mu * (unit - 1.0 / count as f64) + modulus * compressed;
+                let tangent = shape_modulus * (unit - 1.0 / count as f64) + modulus * compressed;
                 curvature[i][j] = (tangent / at[j] - unit * slope[i]) / at[i];
             }
         }

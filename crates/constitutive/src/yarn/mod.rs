@@ -12,6 +12,7 @@
 
 mod bending;
 mod differential;
+mod flow;
 mod frame;
 mod law;
 mod printed;
@@ -22,6 +23,7 @@ mod tests;
 
 pub use bending::{Bend, bend, bend_differential};
 pub use differential::StressTangent;
+pub use flow::FlowLimits;
 pub use frame::{YarnFrame, triangular_factor};
 pub use law::{YarnForm, YarnLaw};
 pub use return_map::{ReturnMapped, YieldMode};

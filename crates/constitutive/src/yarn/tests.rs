@@ -169,6 +169,56 @@ fn tangent_error<const D: usize>(
     ((numeric - exact).norm() / scale, symmetry)
 }
 
+/// Errors of the flowing law at fixed limits: stress against energy, differential against stress, symmetry of the differential.
+fn flow_error<const D: usize>(
+    law: &YarnLaw,
+    f: &SMatrix<f64, D, D>,
+    d: &SMatrix<f64, D, D>,
+    e: &SMatrix<f64, D, D>,
+    limits: &FlowLimits,
+) -> [f64; 3] {
+    let h = 1e-3;
+    let sixth = |a: [f64; 6]| (45.0 * (a[2] - a[3]) - 9.0 * (a[1] - a[4]) + (a[0] - a[5])) / (60.0 * h);
+    let at = |k: f64| f + d * (k * h);
+    let energies = [3.0, 2.0, 1.0, -1.0, -2.0, -3.0].map(|k| law.flow_energy(&at(k), limits));
+    let stress = law.flow_stress(f, limits);
+    let scale = stress.norm().max(1.0);
+    let energy_error = (sixth(energies) - stress.dot(d)).abs() / scale;
+    let exact = law.flow_tangent(f, limits, false).apply(d);
+    let probe = [3.0, 2.0, 1.0, -1.0, -2.0, -3.0].map(|k| law.flow_stress(&at(k), limits).dot(e));
+    let tangent_error = (sixth(probe) - exact.dot(e)).abs() / exact.norm().max(1.0);
+    let symmetry = (e.dot(&exact) - d.dot(&law.flow_tangent(f, limits, false).apply(e))).abs() / exact.norm().max(1.0);
+    [energy_error, tangent_error, symmetry]
+}
+
+/// The traction and the shape's stress of the flowing law are those of the projected state.
+fn check_flow<const D: usize>(law: &YarnLaw, f: &SMatrix<f64, D, D>) -> Result<(), TestCaseError> {
+    let limits = law.flow_limits(f);
+    let mapped = law.return_map(f);
+    prop_assert!(law.flow_energy(f, &limits) <= law.energy(f) * (1.0 + 1e-12));
+    prop_assert!(law.flow_energy(f, &limits) >= law.energy(&mapped.deformation) - 1e-9);
+    if mapped.clamped {
+        return Ok(());
+    }
+    let (flowing, after) = (law.flow_stress(f, &limits), law.stress(&mapped.deformation));
+    let tangent = mapped.frame.tangent;
+    for a in 1..D {
+        // Columns of the section: traction along the yarn, and what is normal to it in the principal directions.
+        let (x, y) = (flowing.column(a).dot(&tangent), after.column(a).dot(&tangent));
+        prop_assert!((x - y).abs() < 1e-9 * (1.0 + y.abs()), "traction {x} {y}");
+    }
+    let frame = YarnFrame::new(f);
+    for i in 0..D - 1 {
+        // Kirchhoff stress in the principal direction: s h'(s).
+        let kirchhoff = |stress: &SMatrix<f64, D, D>, section: f64| {
+            (1..D).map(|a| stress.column(a).dot(&frame.directions[i]) * frame.material[i][a - 1]).sum::<f64>() * section
+        };
+        let (x, y) = (kirchhoff(&flowing, frame.section[i]), kirchhoff(&after, mapped.frame.section[i]));
+        prop_assert!((x - y).abs() < 1e-9 * (1.0 + y.abs()), "section {i}: {x} {y}");
+    }
+    Ok(())
+}
+
 prop_compose! {
     fn near_identity_2d()(v in prop::array::uniform4(-0.25f64..0.25)) -> Matrix2<f64> {
         Matrix2::identity() + Matrix2::from_row_slice(&v)
@@ -221,6 +271,30 @@ proptest! {
     }
 
     #[test]
+    fn flowing_law_has_a_potential_and_the_stress_of_the_projected_state(
+        f in near_identity_3d(), d in near_identity_3d(), e in near_identity_3d(), g in near_identity_2d(), c in near_identity_2d(), share in 0.2f64..0.9
+    ) {
+        check_flow(&law(), &f)?;
+        check_flow(&law(), &g)?;
+        let frame = YarnFrame::new(&f);
+        prop_assume!(section_trace(&frame).abs() > 0.02);
+        let shear = (frame.shear[0].powi(2) + frame.shear[1].powi(2)).sqrt();
+        let shape = 0.5 * (frame.section[0].ln() - frame.section[1].ln());
+        prop_assume!(shear > 0.05 && shape > 0.05);
+        // Well beyond the limits: no kink within the differences.
+        let limits = FlowLimits { shear: share * (shear - 0.01), shape: share * (shape - 0.01) };
+        for limits in [limits, FlowLimits { shear: f64::INFINITY, ..limits }, FlowLimits { shape: f64::INFINITY, ..limits }] {
+            let [energy, tangent, symmetry] = flow_error(&law(), &f, &d, &e, &limits);
+            prop_assert!(energy < 1e-8 && tangent < 1e-7 && symmetry < 1e-12, "{energy} {tangent} {symmetry}");
+        }
+        let frame = YarnFrame::new(&g);
+        prop_assume!((frame.section[0] - 1.0).abs() > 0.01 && frame.shear[0].abs() > 0.05);
+        let limits = FlowLimits { shear: share * (frame.shear[0].abs() - 0.01), shape: f64::INFINITY };
+        let [energy, tangent, symmetry] = flow_error(&law(), &g, &c, &g, &limits);
+        prop_assert!(energy < 1e-8 && tangent < 1e-7 && symmetry < 1e-12, "{energy} {tangent} {symmetry}");
+    }
+
+    #[test]
     fn stress_turns_with_the_body(f in near_identity_3d(), axis in prop::array::uniform3(-3.0f64..3.0), angle in -3.0f64..3.0, g in near_identity_2d()) {
         let turn = *Rotation3::new(Vector3::from(axis)).matrix();
         let law = law();
@@ -254,5 +328,43 @@ proptest! {
         let law = YarnLaw { friction, section_friction: section, ..law() };
         check_map(&law, &f)?;
         check_map(&law, &g)?;
+    }
+}
+
+/// Uniaxial compression of a cross-section whose sides are free, stepped with the return map: the law carries it only where its friction is above one.
+///
+/// With no cohesion a free side has no pressure but what the shape's friction gives: `τ₁ − τ₂ ≤ 2 α p`, `p = −(τ₁ + τ₂)/2` and `τ₁ = 0` leave
+/// `−τ₂ ≤ −α τ₂`, so `τ₂ = 0` for every α below 1.
+#[test]
+fn free_sides_carry_load_only_with_section_friction_above_one() {
+    for (friction, carries) in [(0.3, false), (0.9, false), (1.1, true), (2.0, true)] {
+        let law = YarnLaw { section_friction: friction, ..law() };
+        // Principal strains: pressed along the second direction, the first one follows so that its stress vanishes.
+        let mut f = Matrix3::<f64>::identity();
+        let (steps, pressed) = (400, 0.04f64);
+        let free_side = |f: &Matrix3<f64>, side: f64| {
+            let mut trial = *f;
+            trial[(1, 1)] *= side;
+            let after = law.return_map(&trial).deformation;
+            (law.stress(&after)[(1, 1)] * after[(1, 1)], after)
+        };
+        for _ in 0..steps {
+            f[(2, 2)] *= (-pressed / steps as f64).exp();
+            let (mut low, mut high) = (0.99, 1.01);
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if free_side(&f, middle).0 < 0.0 { low = middle } else { high = middle }
+            }
+            f = free_side(&f, low).1;
+        }
+        let load = -law.stress(&f)[(2, 2)] * f[(2, 2)];
+        // Elastic uniaxial load of the section at the same closing: 4 μ N/(μ + N) ε, N = μ + λ.
+        let area = law.mu + law.lambda;
+        let elastic = 4.0 * law.mu * area / (law.mu + area) * pressed;
+        if carries {
+            assert!((load / elastic - 1.0).abs() < 1e-6, "{friction}: {load} {elastic}");
+        } else {
+            assert!(load < 1e-6 * elastic, "{friction}: {load} {elastic}");
+        }
     }
 }

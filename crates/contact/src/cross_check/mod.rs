@@ -22,4 +22,5 @@ mod primal;
 pub use compare::{AGREED, AT_REST, Comparison, VERIFIED, Verdict, compare};
 pub use dual::{certify, convex_model, cross_check};
 pub use outer::{OracleAnswer, OracleError, OracleSettings};
+pub use polish::refine;
 pub use primal::{PrimalProblem, cross_check_primal};

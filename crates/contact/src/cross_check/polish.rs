@@ -4,9 +4,9 @@
 //! and slip it knows well, and with that known the law is a smooth system: a few dense Newton steps of least change
 //! from the cone solver's answer end at the solution it stands beside. Shares nothing with the production solvers.
 
-use crate::block::{Vec3, trace};
+use crate::block::{Vec3, norm_squared, trace};
 use crate::law::de_saxce;
-use crate::problem::{BlockMatrix, Violation};
+use crate::problem::{BlockMatrix, ContactProblem, Violation};
 use nalgebra::{DMatrix, DVector};
 
 /// Most Newton steps.
@@ -96,6 +96,43 @@ pub(super) fn polish(w: &BlockMatrix, q: &[Vec3], friction: &[f64], r: &mut [Vec
         }
     }
     best
+}
+
+/// Takes an answer to the law's last digits by Newton steps with its modes held, which share nothing with the solver that
+/// gave it. Returns the impulses (cohesive shift not included) and their largest violation of the law, relative to the
+/// root mean square of the free velocities: near round-off, the answer stands beside a solution.
+#[must_use]
+pub fn refine(problem: &ContactProblem, impulses: &[Vec3]) -> (Vec<Vec3>, f64) {
+    let n = problem.len();
+    let mean = problem.delassus.mean_diagonal();
+    let d: Vec<f64> = (0..n)
+        .map(|k| {
+            let own = trace(problem.delassus.diagonal(k)) / 3.0;
+            1.0 / (if own > 1e-12 * mean { own } else { mean.max(f64::MIN_POSITIVE) }).sqrt()
+        })
+        .collect();
+    let triplets: Vec<_> =
+        problem.delassus.iter().map(|(i, j, b)| (i as u32, j as u32, b.map(|v| v * d[i] * d[j]))).collect();
+    let w = BlockMatrix::from_triplets(n, &triplets);
+    let shifted = problem.shifted_velocity();
+    let total: f64 = (0..n).map(|k| d[k] * d[k] * norm_squared(&shifted[k])).sum();
+    let size = if total > 0.0 { (total / n as f64).sqrt() } else { 1.0 };
+    let q: Vec<Vec3> = (0..n).map(|k| shifted[k].map(|v| v * d[k] / size)).collect();
+    let mut r: Vec<Vec3> = (0..n)
+        .map(|k| {
+            let mut r = impulses[k];
+            r[0] += problem.cohesion_of(k);
+            r.map(|v| v / (d[k] * size))
+        })
+        .collect();
+    let mut u = vec![[0.0; 3]; n];
+    w.apply(&r, &q, &mut u);
+    let violation = polish(&w, &q, &problem.friction, &mut r, &mut u);
+    for (k, r) in r.iter_mut().enumerate() {
+        *r = r.map(|v| v * d[k] * size);
+        r[0] -= problem.cohesion_of(k);
+    }
+    (r, violation)
 }
 
 /// The side of the cone on which `r − ũ` lies tells the mode.

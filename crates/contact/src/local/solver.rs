@@ -1,6 +1,6 @@
 //! The order in which the local methods are tried, and the residual that decides between their answers.
 
-use super::{enumerative, newton};
+use super::{enumerative, newton, wide};
 use crate::block::{Block, Vec3, invert, mat_vec, max_abs, norm_squared, trace};
 use crate::law::{natural_map, project_cone};
 use serde::{Deserialize, Serialize};
@@ -123,8 +123,11 @@ impl LocalContact {
                 consider(r, &mut best);
             }
             if best.residual <= ACCEPT {
-                break;
+                return best;
             }
+        }
+        for r in wide::candidates(&self.block, b, self.friction) {
+            consider(r, &mut best);
         }
         best
     }

@@ -53,7 +53,8 @@ pub fn components(w: &BlockMatrix) -> Vec<Component> {
 }
 
 impl Component {
-    /// The rows and columns of `w` that belong to this group; `position` maps a contact to its place in its group.
+    /// The rows and columns of `w` that belong to this group; `position` maps a contact to its place in its group, or to
+    /// `u32::MAX` where it is to be left out.
     #[must_use]
     pub fn extract(&self, w: &BlockMatrix, position: &[u32]) -> BlockMatrix {
         let mut row_start = Vec::with_capacity(self.contacts.len() + 1);
@@ -66,7 +67,7 @@ impl Component {
                 if j == k {
                     columns.push(local as u32);
                     blocks.push(*b);
-                } else if max_abs(b) > 0.0 {
+                } else if position[*j as usize] != u32::MAX && max_abs(b) > 0.0 {
                     columns.push(position[*j as usize]);
                     blocks.push(*b);
                 }

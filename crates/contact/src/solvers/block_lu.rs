@@ -2,9 +2,16 @@
 //!
 //! The pattern is symmetric, the values need not be. Every solve can be checked and refined by the caller; a block
 //! whose pivot vanishes is shifted by its size times 1e-12 and counted.
+//!
+//! What is nearly dense at the end of the order, as in bundles where all contacts feel each other, is factored as one
+//! dense matrix with partial pivoting: several times faster, and safer, than block by block.
 
 use super::ordering::Elimination;
 use crate::block::{Block, IDENTITY, Vec3, ZERO, invert, mat_mul, mat_mul_sub, mat_vec, mat_vec_sub, max_abs};
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::lu::partial_pivoting::{factor, solve};
+use faer::perm::PermRef;
+use faer::{Mat, Par, Spec};
 
 /// Factors and the pattern they live on.
 #[derive(Clone, Debug)]
@@ -15,8 +22,22 @@ pub struct BlockLu {
     values: Vec<Block>,
     inverse: Vec<Block>,
     position: Vec<u32>,
-    /// Diagonal blocks that had to be shifted in the last factorisation.
+    tail: Option<Tail>,
+    /// Diagonal blocks (single pivots in the dense tail) that had to be shifted in the last factorisation.
     pub shifted: usize,
+}
+
+/// The dense end of the matrix.
+#[derive(Clone, Debug)]
+struct Tail {
+    /// Its first place.
+    first: usize,
+    /// Where the part of each of its rows begins that lies in the tail.
+    start: Vec<usize>,
+    /// The factors, and rows in the order in which they were pivots.
+    factors: Mat<f64>,
+    row: Vec<usize>,
+    row_inverse: Vec<usize>,
 }
 
 impl BlockLu {
@@ -53,6 +74,18 @@ impl BlockLu {
             }
         }
         let entries = columns.len();
+        let first = elimination.tail;
+        let tail = (first < n).then(|| Tail {
+            first,
+            start: (first..n)
+                .map(|i| {
+                    row_start[i] + columns[row_start[i]..row_start[i + 1]].partition_point(|j| (*j as usize) < first)
+                })
+                .collect(),
+            factors: Mat::zeros(3 * (n - first), 3 * (n - first)),
+            row: vec![0; 3 * (n - first)],
+            row_inverse: vec![0; 3 * (n - first)],
+        });
         BlockLu {
             row_start,
             columns,
@@ -60,6 +93,7 @@ impl BlockLu {
             values: vec![ZERO; entries],
             inverse: vec![ZERO; n],
             position: vec![u32::MAX; n],
+            tail,
             shifted: 0,
         }
     }
@@ -105,10 +139,11 @@ impl BlockLu {
         self.shifted = 0;
         for i in 0..n {
             let (start, diag, end) = (self.row_start[i], self.diagonal[i], self.row_start[i + 1]);
+            let dense_from = self.tail.as_ref().and_then(|t| i.checked_sub(t.first).map(|row| t.start[row]));
             for p in start..end {
                 self.position[self.columns[p] as usize] = p as u32;
             }
-            for p in start..diag {
+            for p in start..dense_from.unwrap_or(diag) {
                 let k = self.columns[p] as usize;
                 let l = mat_mul(&self.values[p], &self.inverse[k]);
                 self.values[p] = l;
@@ -121,6 +156,9 @@ impl BlockLu {
             }
             for p in start..end {
                 self.position[self.columns[p] as usize] = u32::MAX;
+            }
+            if dense_from.is_some() {
+                continue;
             }
             let d = self.values[diag];
             let size = max_abs(&d);
@@ -139,26 +177,82 @@ impl BlockLu {
                 }
             };
         }
+        self.factor_tail()
+    }
+
+    /// Factors what the sparse part left of the tail.
+    fn factor_tail(&mut self) -> bool {
+        let Some(tail) = &mut self.tail else { return true };
+        let mut size = 0.0_f64;
+        for (row, start) in tail.start.iter().enumerate() {
+            let i = tail.first + row;
+            for p in *start..self.row_start[i + 1] {
+                let (column, block) = (self.columns[p] as usize - tail.first, &self.values[p]);
+                size = size.max(max_abs(block));
+                for c in 0..9 {
+                    tail.factors[(3 * row + c / 3, 3 * column + c % 3)] = block[c];
+                }
+            }
+        }
+        // a comparison skips NaN, a sum does not
+        if !self.values.iter().flatten().sum::<f64>().is_finite() || !size.is_finite() {
+            return false;
+        }
+        let n = tail.row.len();
+        let scratch = factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, Spec::default());
+        let mut memory = MemBuffer::new(scratch);
+        factor::lu_in_place(
+            tail.factors.as_mut(),
+            &mut tail.row,
+            &mut tail.row_inverse,
+            Par::Seq,
+            MemStack::new(&mut memory),
+            Spec::default(),
+        );
+        for i in 0..n {
+            let pivot = tail.factors[(i, i)];
+            if pivot.abs() <= 1e-15 * size {
+                self.shifted += 1;
+                tail.factors[(i, i)] = (1e-12 * size.max(1e-300)).copysign(pivot);
+            }
+        }
         true
     }
 
     /// Solves in place with the factors.
     pub fn solve(&self, x: &mut [Vec3]) {
         let n = self.len();
+        let sparse = self.tail.as_ref().map_or(n, |t| t.first);
         for i in 0..n {
+            let end = if i < sparse { self.diagonal[i] } else { self.tail.as_ref().map_or(0, |t| t.start[i - sparse]) };
             let mut s = x[i];
-            for p in self.row_start[i]..self.diagonal[i] {
+            for p in self.row_start[i]..end {
                 mat_vec_sub(&self.values[p], &x[self.columns[p] as usize], &mut s);
             }
             x[i] = s;
         }
-        for i in (0..n).rev() {
+        if let Some(tail) = &self.tail {
+            tail.solve(&mut x[sparse..]);
+        }
+        for i in (0..sparse).rev() {
             let mut s = x[i];
             for p in self.diagonal[i] + 1..self.row_start[i + 1] {
                 mat_vec_sub(&self.values[p], &x[self.columns[p] as usize], &mut s);
             }
             x[i] = mat_vec(&self.inverse[i], &s);
         }
+    }
+}
+
+impl Tail {
+    fn solve(&self, x: &mut [Vec3]) {
+        let n = self.row.len();
+        let rows = PermRef::new_checked(&self.row, &self.row_inverse, n);
+        let mut memory = MemBuffer::new(solve::solve_in_place_scratch::<usize, f64>(n, 1, Par::Seq));
+        let flat = x.as_flattened_mut();
+        let right = faer::MatMut::from_column_major_slice_mut(flat, n, 1);
+        let (l, u) = (self.factors.as_ref(), self.factors.as_ref());
+        solve::solve_in_place(l, u, rows, right, Par::Seq, MemStack::new(&mut memory));
     }
 }
 

@@ -28,7 +28,7 @@ pub enum Drive {
     },
     /// Constant rate [1/s].
     Rate(f64),
-    /// Constant rate [1/s] for the first steps, then rest.
+    /// One step of rest, constant rate [1/s] for some steps, then rest.
     Step {
         /// Rate of the rise [1/s].
         rate: f64,
@@ -93,17 +93,27 @@ impl Segment {
                 })
             }
             Drive::Rate(rate) => Some(*rate),
-            Drive::Step { rate, rise } => Some(if i < *rise { *rate } else { 0.0 }),
+            // the first step is one of rest: its stress is the sample's own
+            Drive::Step { rate, rise } => Some(if (1..=*rise).contains(&i) { *rate } else { 0.0 }),
             Drive::Stress { .. } => None,
             Drive::Closing { .. } => Some(0.0),
         }
     }
 }
 
+/// Steps in a period of the fastest sine, at least, unless the published step or a factor of the user's says otherwise.
+const STEPS_PER_PERIOD: f64 = 200.0;
+
 fn oscillation(settings: &MicrogelSettings, o: &Oscillation) -> Segment {
     let tau = settings.model.constants().time;
-    let dt = step_sizes(&settings.model, o.amplitude).dt * settings.step_factor();
     let f = o.relative_frequency / tau;
+    let published = step_sizes(&settings.model, o.amplitude).dt;
+    let mut dt = published * settings.step_factor();
+    if settings.step_factor == 0.0 {
+        // the factor that a mode takes by itself leaves fast sines enough steps
+        let fastest = o.overtones.iter().fold(f, |most, tone| most.max(tone.relative_frequency / tau));
+        dt = dt.min(1.0 / (STEPS_PER_PERIOD * fastest)).max(published);
+    }
     let mut waves = vec![Wave { amplitude: o.amplitude, frequency: f }];
     waves.extend(o.overtones.iter().map(|t| Wave { amplitude: t.amplitude, frequency: t.relative_frequency / tau }));
     Segment {
@@ -146,7 +156,7 @@ pub(super) fn segments(settings: &MicrogelSettings) -> Vec<Segment> {
         }
         Experiment::StepStrain { strain, rise, hold } => {
             let steps = count(*rise).max(1);
-            vec![segment(Drive::Step { rate: strain / (steps as f64 * dt), rise: steps }, steps + count(*hold))]
+            vec![segment(Drive::Step { rate: strain / (steps as f64 * dt), rise: steps }, 1 + steps + count(*hold))]
         }
         Experiment::Creep { stress, duration, recovery } => {
             // A plate whose own oscillation against the modulus of the grains takes some forty characteristic times,

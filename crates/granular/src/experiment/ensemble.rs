@@ -21,6 +21,34 @@ pub struct Ensemble {
     pub g_double_prime: Estimate,
 }
 
+/// A figure over all samples.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FigureEstimate {
+    /// Name, as in records.
+    pub name: String,
+    /// Unit; `1` for pure numbers.
+    pub unit: String,
+    /// Mean over the samples with its uncertainty.
+    pub estimate: Estimate,
+}
+
+/// Figures over all samples that have them, in the order of the first; none for oscillations.
+pub fn figures(runs: &[Summary]) -> Vec<FigureEstimate> {
+    let Some(first) = runs.first() else { return Vec::new() };
+    let of = |name: &str| -> Vec<f64> {
+        runs.iter()
+            .flat_map(|run| &run.figures)
+            .filter(|figure| figure.name == name)
+            .map(|figure| figure.value)
+            .collect()
+    };
+    first
+        .figures
+        .iter()
+        .map(|f| FigureEstimate { name: f.name.clone(), unit: f.unit.clone(), estimate: estimate(&of(&f.name)) })
+        .collect()
+}
+
 impl Ensemble {
     /// Gathers finished runs.
     pub fn new(runs: Vec<Summary>, failed: Vec<(u64, String)>) -> Self {

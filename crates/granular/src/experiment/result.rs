@@ -1,6 +1,7 @@
 //! What a finished run says: moduli, steady values, and whether to believe them.
 
 use super::drive::Drive;
+use super::figure::{Figure, figures};
 use super::rheometer::{Rheometer, SampleFacts, Signal};
 use super::settings::Experiment;
 use crate::demodulation::{Demodulation, Drift, Window, demodulate};
@@ -80,6 +81,8 @@ pub struct SegmentResult {
     pub stress: f64,
     /// Standard deviation of it over the last half [Pa].
     pub stress_spread: f64,
+    /// Shear stress of the first step [Pa]; headline measure.
+    pub stress_before: f64,
     /// Mean shear rate of the last half [1/s].
     pub rate: f64,
     /// Largest magnitude of the shear stress [Pa] and the strain where it occurs [-].
@@ -88,6 +91,8 @@ pub struct SegmentResult {
     pub strain: f64,
     /// Stress along the gradient at the end [Pa].
     pub normal_stress: f64,
+    /// Stress along the gradient at the beginning [Pa].
+    pub normal_stress_before: f64,
     /// Pressure at the end [Pa].
     pub pressure: f64,
     /// Quality gates.
@@ -109,10 +114,13 @@ pub struct Summary {
     pub slip_fraction: f64,
     /// Pressure of the overall tensor before the shear starts [Pa].
     pub pressure_before: f64,
-    /// G′ by the headline measure of the mode (bulk in physical, overall in compat), first sine of the first segment [Pa].
+    /// G′ by the headline measure of the mode (bulk in physical, overall in compat), first sine of the first segment [Pa];
+    /// zero unless it oscillates.
     pub g_prime: f64,
     /// G″ by the headline measure [Pa].
     pub g_double_prime: f64,
+    /// What the experiment is made for, unless it oscillates.
+    pub figures: Vec<Figure>,
     /// Segments.
     pub segments: Vec<SegmentResult>,
     /// Steps taken, preparation included.
@@ -198,6 +206,12 @@ impl Rheometer {
             }
             results.push(self.evaluate(k, segment, signal, headline)?);
         }
+        let finished = self.signals.len() == self.segments.len()
+            && self
+                .segments
+                .iter()
+                .zip(&self.signals)
+                .all(|(segment, signal)| signal.time.len() as u64 == segment.steps);
         let first = results.first().and_then(|r| r.moduli.first());
         let value = |f: fn(&Demodulation) -> f64| first.map_or(0.0, |m| f(pick(m, headline)));
         let before = self.signals.first().map_or(0.0, |s| {
@@ -218,6 +232,7 @@ impl Rheometer {
             pressure_before: before,
             g_prime: value(|d| d.g_prime),
             g_double_prime: value(|d| d.g_double_prime),
+            figures: if finished { figures(&self.settings.experiment, &results) } else { Vec::new() },
             segments: results,
             steps: self.steps,
             extra_steps,
@@ -244,10 +259,12 @@ impl Rheometer {
         let mut result = SegmentResult {
             stress: mean,
             stress_spread: spread,
+            stress_before: stress[0],
             rate: rates.iter().sum::<f64>() / rates.len() as f64,
             peak,
             strain: signal.strain[n - 1],
             normal_stress: signal.normal[n - 1],
+            normal_stress_before: signal.normal[0],
             pressure: signal.pressure[n - 1],
             ..SegmentResult::default()
         };

@@ -218,7 +218,7 @@ pub struct MicrogelSettings {
     pub drift: Option<Drift>,
     /// Factor on the published time step of the measurement [-], 0 … 1000. 0 takes the mode's own: 1 in compat mode, 4 in
     /// physical mode, where G′ then differs by less than 0.1 % from half the published step (validation case
-    /// `granular/step-error`). The guard of the rules cuts steps that come out too large.
+    /// `granular/step-error`), but not fewer than 200 steps in a period. The guard of the rules cuts steps that come out too large.
     pub step_factor: f64,
     /// Records the elastic energy with each row, at about the cost of a tenth of a step.
     pub record_energy: bool,

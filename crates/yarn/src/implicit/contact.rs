@@ -1,4 +1,8 @@
-//! Nodes at obstacles, pins and walls: which contacts hold, what they forbid, and friction from their reactions.
+//! Nodes at obstacles, pins and walls: which contacts hold, what they forbid, and Coulomb's friction from their reactions.
+//!
+//! A node with one holding contact sticks (its tangential velocity is the body's) or slips (a friction impulse of known size acts
+//! against the sliding). Sizes, directions and states are those of the last solve and are taken anew until they agree with it. The
+//! rare node that several contacts hold is rubbed after the solve.
 
 use nalgebra::{SMatrix, SVector};
 use particle_grid::{BlockGrid, cells_per_block};
@@ -20,6 +24,26 @@ struct Contact<const D: usize> {
     /// Pushes only; may let go.
     unilateral: bool,
     holds: bool,
+    rub: Rub<D>,
+}
+
+/// Friction of a contact that holds.
+#[derive(Clone, Copy, Debug)]
+enum Rub<const D: usize> {
+    Stick,
+    /// The impulse on the node [N s], against the sliding.
+    Slip(SVector<f64, D>),
+}
+
+/// What [`Contacts::update`] found.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Change {
+    /// Contacts that took hold, let go, began to stick or to slip.
+    pub switched: usize,
+    /// Mass norm of the change of all friction impulses.
+    pub friction: f64,
+    /// Mass norm of the friction impulses themselves.
+    pub size: f64,
 }
 
 /// A node with its contacts, in the order in which the explicit step applies them.
@@ -54,6 +78,9 @@ impl<const D: usize> Contacts<D> {
                 let contacts = contacts_of(boundary, &index, &x, &near, &star[node]);
                 if !contacts.is_empty() {
                     let mut entry = Held { node, contacts, free: SMatrix::identity() };
+                    for contact in entry.contacts.iter_mut().filter(|c| c.holds) {
+                        contact.predict(&star[node], mass[node]);
+                    }
                     entry.settle();
                     held.push(entry);
                 }
@@ -66,9 +93,12 @@ impl<const D: usize> Contacts<D> {
     pub fn enforce(&self, velocity: &mut [SVector<f64, D>]) {
         for held in &self.held {
             let v = &mut velocity[held.node];
+            let alone = held.is_alone();
             for contact in held.contacts.iter().filter(|c| c.holds) {
                 if contact.is_full() {
                     *v = contact.body;
+                } else if alone && contact.sticks() {
+                    *v = contact.body + contact.normal * contact.rebound;
                 } else {
                     *v += contact.normal * (contact.rebound - (*v - contact.body).dot(&contact.normal));
                 }
@@ -83,30 +113,58 @@ impl<const D: usize> Contacts<D> {
         }
     }
 
-    /// Lets go of contacts that would have to pull, takes up those that are run into; says whether anything changed.
-    pub fn update(&mut self, velocity: &[SVector<f64, D>], residual: &[SVector<f64, D>]) -> bool {
-        let mut changed = false;
+    /// Friction impulse of each slipping node: `visit(node, impulse)`.
+    pub fn slipping(&self, mut visit: impl FnMut(usize, &SVector<f64, D>)) {
+        for held in self.held.iter().filter(|held| held.is_alone()) {
+            for contact in held.contacts.iter().filter(|c| c.holds) {
+                if let Rub::Slip(impulse) = &contact.rub {
+                    visit(held.node, impulse);
+                }
+            }
+        }
+    }
+
+    /// Lets go of contacts that would have to pull, takes up those that are run into, and takes the friction anew from the reactions.
+    pub fn update(&mut self, velocity: &[SVector<f64, D>], residual: &[SVector<f64, D>], mass: &[f64]) -> Change {
+        let mut change = Change::default();
         for held in &mut self.held {
-            let (v, r) = (velocity[held.node], residual[held.node]);
-            let mut own = false;
+            let (v, r, m) = (velocity[held.node], residual[held.node], mass[held.node]);
+            let mut switched = 0;
             for contact in held.contacts.iter_mut().filter(|c| c.unilateral) {
                 let holds = if contact.holds {
                     r.dot(&contact.normal) >= 0.0
                 } else {
                     (v - contact.body).dot(&contact.normal) < -1e-12 * (v.norm() + contact.body.norm())
                 };
-                own |= holds != contact.holds;
-                contact.holds = holds;
+                if holds != contact.holds {
+                    switched += 1;
+                    contact.holds = holds;
+                    if holds {
+                        contact.predict(&v, m);
+                    }
+                }
             }
-            if own {
+            if switched == 0 && held.is_alone() {
+                for contact in held.contacts.iter_mut().filter(|c| c.holds && c.friction > 0.0) {
+                    let (turned, moved) = contact.rub_anew(&v, &r);
+                    switched += usize::from(turned);
+                    change.friction += moved / m;
+                    if let Rub::Slip(impulse) = &contact.rub {
+                        change.size += impulse.norm_squared() / m;
+                    }
+                }
+            }
+            if switched > 0 {
                 held.settle();
-                changed = true;
+                change.switched += switched;
             }
         }
-        changed
+        change.friction = change.friction.sqrt();
+        change.size = change.size.sqrt();
+        change
     }
 
-    /// Friction from the normal reactions, and the books: what each body gave to the yarns.
+    /// The books: what each body gave to the yarns; friction of nodes that several contacts hold.
     pub fn finish(
         &self,
         velocity: &mut [SVector<f64, D>],
@@ -118,9 +176,14 @@ impl<const D: usize> Contacts<D> {
             let m = mass[held.node];
             // What is left of the reaction after earlier contacts have taken theirs.
             let mut reaction = residual[held.node];
+            let alone = held.is_alone();
             for contact in held.contacts.iter().filter(|c| c.holds) {
                 let mut impulse = reaction;
-                if !contact.is_full() {
+                if alone && !contact.is_full() {
+                    if let Rub::Slip(friction) = contact.rub {
+                        impulse = contact.normal * reaction.dot(&contact.normal) + friction;
+                    }
+                } else if !contact.is_full() {
                     let normal = reaction.dot(&contact.normal);
                     impulse = contact.normal * normal;
                     let v = velocity[held.node];
@@ -149,14 +212,71 @@ impl<const D: usize> Contact<D> {
     fn is_full(&self) -> bool {
         !self.unilateral && self.normal.iter().all(|x| *x == 0.0)
     }
+
+    fn sticks(&self) -> bool {
+        matches!(self.rub, Rub::Stick)
+    }
+
+    /// Part of a vector along the surface.
+    fn along(&self, v: SVector<f64, D>) -> SVector<f64, D> {
+        v - self.normal * v.dot(&self.normal)
+    }
+
+    /// Friction of a contact that has just taken hold of a node with velocity `v`: as if nothing else acted on the node.
+    fn predict(&mut self, v: &SVector<f64, D>, mass: f64) {
+        let relative = v - self.body;
+        let sliding = self.along(relative);
+        let (speed, bound) = (sliding.norm(), self.friction * (self.rebound - relative.dot(&self.normal)).max(0.0));
+        self.rub = if self.friction == 0.0 {
+            Rub::Slip(SVector::zeros())
+        } else if speed > bound {
+            Rub::Slip(sliding * (-bound * mass / speed))
+        } else {
+            Rub::Stick
+        };
+    }
+
+    /// Friction from the reaction `r` of a solved node with velocity `v`: whether it changed between sticking and slipping, and the
+    /// squared change of the impulse of a slipping node.
+    fn rub_anew(&mut self, v: &SVector<f64, D>, r: &SVector<f64, D>) -> (bool, f64) {
+        let bound = self.friction * r.dot(&self.normal).max(0.0);
+        match self.rub {
+            Rub::Stick => {
+                let held = self.along(*r);
+                let size = held.norm();
+                if size <= bound * (1.0 + 1e-9) {
+                    return (false, 0.0);
+                }
+                self.rub = Rub::Slip(held * (bound / size));
+                (true, 0.0)
+            }
+            Rub::Slip(before) => {
+                let sliding = self.along(v - self.body);
+                if sliding.dot(&before) > 0.0 {
+                    // It was pushed back through rest: friction holds it.
+                    self.rub = Rub::Stick;
+                    return (true, 0.0);
+                }
+                let speed = sliding.norm();
+                let now = if speed > 0.0 { sliding * (-bound / speed) } else { before };
+                self.rub = Rub::Slip(now);
+                (false, (now - before).norm_squared())
+            }
+        }
+    }
 }
 
 impl<const D: usize> Held<D> {
+    /// One contact holds and no other.
+    fn is_alone(&self) -> bool {
+        self.contacts.iter().filter(|c| c.holds).count() == 1
+    }
+
     /// Projection onto the directions that no holding contact forbids.
     fn settle(&mut self) {
         self.free = SMatrix::identity();
         for contact in self.contacts.iter().filter(|c| c.holds) {
-            if contact.is_full() {
+            if contact.is_full() || (contact.sticks() && self.is_alone()) {
                 self.free = SMatrix::zeros();
                 return;
             }
@@ -194,6 +314,7 @@ fn contacts_of<const D: usize>(
                 rebound: -restitution * approach.min(0.0),
                 unilateral: true,
                 holds: approach < 0.0,
+                rub: Rub::Slip(SVector::zeros()),
             });
         }
     }
@@ -205,6 +326,7 @@ fn contacts_of<const D: usize>(
         rebound: 0.0,
         unilateral: false,
         holds: true,
+        rub: Rub::Slip(SVector::zeros()),
     };
     for (i, (center, body, half)) in boundary.pins.iter().enumerate() {
         if inside_pin(x, center, half) {
@@ -230,6 +352,7 @@ fn contacts_of<const D: usize>(
                         rebound: 0.0,
                         unilateral,
                         holds: !unilateral || star.dot(&normal) < 0.0,
+                        rub: Rub::Slip(SVector::zeros()),
                     });
                 }
             }

@@ -8,8 +8,13 @@
 //!
 //! where `G` gathers velocities to vertices (hand-back and driven vertices included) and `C` to quadrature points; its gradient
 //! and Hessian come from the law's exact stress and stress differential through the adjoints of the same maps. Obstacles, pins
-//! and walls hold some directions of some nodes; which contacts hold is found by a primal–dual active set, friction follows
-//! from the normal reactions. Plastic flow comes after the step, as in the explicit method.
+//! and walls hold some directions of some nodes; which contacts hold, stick or slip is found by a primal–dual active set, with
+//! friction from the normal reactions of the last solve.
+//!
+//! Friction acts inside the solve: the potential is that of `constitutive::yarn::FlowLimits`, whose stress is that of the return map at the
+//! pressure of the last iterate, and slipping nodes feel the impulse that their reaction allows. So a long step rubs as much
+//! as many short ones. Reactions and pressures are renewed until they agree with the solution; after [`FLOW_ITERATIONS`], [`FLOW_ROUNDS`] and [`MAX_ROUNDS`]
+//! they stay, and what is left is a smooth minimisation that cannot fail to descend.
 //!
 //! ```text
 //! contact ── candidate nodes, active set, projection, friction
@@ -32,8 +37,8 @@ use crate::nodes::{Loads, Totals};
 use crate::settings::ImplicitSettings;
 use crate::state::YarnState;
 use crate::step::{Scratch, Setting};
-use constitutive::yarn::StressTangent;
-use contact::Contacts;
+use constitutive::yarn::{FlowLimits, StressTangent};
+use contact::{Change, Contacts};
 use operator::Operator;
 
 /// Effort and success of a solve.
@@ -65,14 +70,25 @@ pub(crate) struct ImplicitScratch<const D: usize> {
     moved: Vec<SVector<f64, D>>,
     position: Vec<SVector<f64, D>>,
     deformation: Vec<SMatrix<f64, D, D>>,
+    limits: Vec<FlowLimits>,
     force: Vec<SVector<f64, D>>,
     on_vertex: Vec<SVector<f64, D>>,
     on_quadrature: Vec<SVector<f64, D>>,
     tangents: Vec<Option<StressTangent<D>>>,
 }
 
-/// Changes of the active set before the last one is taken as it is.
-const MAX_SETS: usize = 8;
+/// Rounds of contacts and friction before the last one is taken as it is.
+const MAX_ROUNDS: usize = 24;
+/// Newton iterations of a round in which the limits of plastic flow follow the pressure; afterwards they stay.
+const FLOW_ITERATIONS: usize = 4;
+/// Rounds in which they do.
+const FLOW_ROUNDS: usize = 8;
+/// Part of the friction impulses to which they are found.
+const FRICTION_ACCURACY: f64 = 3e-3;
+/// Newton iterations with secants of the flowing shear after one that overshot.
+const CAREFUL: usize = 3;
+/// Share of its scale to which a round is solved while contacts and friction still change.
+const LOOSE: f64 = 0.03;
 /// Halvings of a Newton direction.
 const MAX_HALVINGS: usize = 20;
 
@@ -127,46 +143,77 @@ pub(crate) fn solve<const D: usize>(
     let mut outcome = SolveOutcome::default();
     let mut scale = 0.0;
     let mut converged = false;
-    let mut sets = 0;
-    while outcome.newton < implicit.max_newton {
-        let potential = operator.potential(work, false);
-        operator.gradient(work);
-        if !potential.is_finite() {
-            break;
-        }
+    // Rounds with the same contacts: how many there were, Newton iterations in this one, how well it must be solved.
+    let (mut rounds, mut iterations, mut wanted) = (0, 0, LOOSE.max(implicit.tolerance));
+    let mut careful = 0;
+    while iterations < implicit.max_newton {
+        operator.gradient(work, iterations <= FLOW_ITERATIONS && rounds < FLOW_ROUNDS);
         work.left.clone_from(&work.residual);
+        contacts.slipping(|node, impulse| work.left[node] -= impulse);
         contacts.project(&mut work.left);
         let size = vector::mass_norm(&work.left, &work.mass);
         if scale == 0.0 {
             scale = vector::mass_norm(&work.residual, &work.mass).max(size).max(f64::MIN_POSITIVE);
         }
         outcome.residual = size / scale;
-        if size <= implicit.tolerance * scale || size <= noise {
-            if sets < MAX_SETS && contacts.update(&work.velocity, &work.residual) {
-                sets += 1;
+        if !outcome.residual.is_finite() {
+            break;
+        }
+        if size <= wanted * scale || size <= noise {
+            let mut change = Change::default();
+            if rounds < MAX_ROUNDS {
+                change = contacts.update(&work.velocity, &work.residual, &work.mass);
+            }
+            // Where a stiff yarn makes the scale large, friction itself sets what is good enough.
+            let mut target = implicit.tolerance * scale;
+            if change.size > 0.0 {
+                target = target.min(FRICTION_ACCURACY * change.size);
+            }
+            let changed = change.switched > 0 || change.friction > 0.0;
+            if change.switched == 0 && size <= target.max(noise) && change.friction <= target.max(noise) {
+                converged = true;
+                break;
+            }
+            // While contacts switch a rough solution shows which; then each round is solved ten times better than friction has moved.
+            let rough = LOOSE * scale;
+            wanted = (if change.switched > 0 { rough } else { (0.1 * change.friction).min(rough).max(target) }) / scale;
+            if changed {
+                rounds += 1;
+                iterations = 0;
                 contacts.enforce(&mut work.velocity);
                 continue;
             }
-            converged = true;
-            break;
         }
-        operator.linearise(work);
+        operator.linearise(work, careful > 0);
+        careful = usize::saturating_sub(careful, 1);
         // Inexact Newton: solve just well enough for the convergence to stay superlinear.
         let forcing = outcome.residual.sqrt().min(0.1).max(0.1 * implicit.tolerance);
         outcome.cg += conjugate_gradients(&mut operator, work, &contacts, forcing, implicit.max_cg);
         outcome.newton += 1;
-        let slope = vector::dot(&work.residual, &work.direction);
+        iterations += 1;
+        // Potential with the work of the friction impulses, which are constant within a round.
+        let rubbed = |velocity: &[SVector<f64, D>]| {
+            let mut work = 0.0;
+            contacts.slipping(|node, impulse| work += impulse.dot(&velocity[node]));
+            work
+        };
+        let potential = operator.potential(work, false) - rubbed(&work.velocity);
+        let slope = vector::dot(&work.residual, &work.direction) - rubbed(&work.direction);
         let mut share = 1.0;
         let mut accepted = false;
         for _ in 0..MAX_HALVINGS {
             vector::combine(&mut work.trial, &work.velocity, share, &work.direction);
-            let next = operator.potential(work, true);
-            let noise = 1e-13 * potential.abs();
+            let next = operator.potential_of_trial(work) - rubbed(&work.trial);
+            // Near the solution the potential falls by less than its rounding.
+            let noise = 1e-11 * potential.abs();
             if next <= potential + 1e-4 * share * slope + noise {
                 accepted = true;
                 break;
             }
             share *= 0.5;
+        }
+        if share < 1.0 {
+            careful = CAREFUL;
         }
         if !accepted {
             break;
@@ -175,8 +222,9 @@ pub(crate) fn solve<const D: usize>(
     }
     if !converged {
         // The last iterate has not been judged yet.
-        operator.gradient(work);
+        operator.gradient(work, false);
         work.left.clone_from(&work.residual);
+        contacts.slipping(|node, impulse| work.left[node] -= impulse);
         contacts.project(&mut work.left);
         outcome.residual = vector::mass_norm(&work.left, &work.mass) / scale.max(f64::MIN_POSITIVE);
         converged = outcome.residual <= implicit.tolerance || outcome.residual * scale <= noise;

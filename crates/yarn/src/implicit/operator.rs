@@ -1,6 +1,6 @@
 //! The potential of the step with its first and second derivatives.
 
-use constitutive::yarn::{StressTangent, bend_differential};
+use constitutive::yarn::{FlowLimits, StressTangent, YarnForm, bend_differential};
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
@@ -69,31 +69,72 @@ impl<const D: usize> Operator<'_, D> {
         });
     }
 
-    /// Potential at `work.velocity`, or at `work.trial` [J].
-    pub fn potential(&mut self, work: &mut ImplicitScratch<D>, trial: bool) -> f64 {
-        let (nodes, mut work, mass, star) = split(work, trial);
-        self.configure(nodes, &mut work);
+    /// Potential at `work.trial` [J].
+    pub fn potential_of_trial(&mut self, work: &mut ImplicitScratch<D>) -> f64 {
+        let (nodes, mut buffers, _, _) = split(work, true);
+        self.configure(nodes, &mut buffers);
+        self.potential(work, true)
+    }
+
+    /// Potential at `work.velocity`, or at `work.trial`, whichever was configured last [J].
+    pub fn potential(&self, work: &mut ImplicitScratch<D>, trial: bool) -> f64 {
+        let (nodes, work, mass, star) = split(work, trial);
         let model = self.setting.model;
         let kinetic = vector::total(nodes.len(), |i| 0.5 * mass[i] * (nodes[i] - star[i]).norm_squared());
-        let (position, deformation) = (&*work.position, &*work.deformation);
+        let (position, deformation, limits) = (&*work.position, &*work.deformation, &*work.limits);
         let elastic = vector::total(model.len(), |i| {
             let mut energy = bending_energy(model, i, position);
             if model.has_segment(i) {
                 let law = &model.materials[model.material[i] as usize].law;
-                energy += model.volume[i] * law.energy(&deformation[i]);
+                energy += model.volume[i]
+                    * match limits.get(i) {
+                        Some(limits) => law.flow_energy(&deformation[i], limits),
+                        None => law.energy(&deformation[i]),
+                    };
             }
             energy
         });
         kinetic + elastic
     }
 
+    /// Limits of plastic flow at the present configuration.
+    fn limit(&self, work: &mut Buffers<'_, D>) {
+        let (model, settings) = (self.setting.model, self.setting.settings);
+        work.limits.clear();
+        if !settings.plastic || settings.compat {
+            return;
+        }
+        work.limits.resize(model.len(), FlowLimits::ELASTIC);
+        let deformation = &*work.deformation;
+        work.limits.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, limits)| {
+            for (k, limits) in limits.iter_mut().enumerate() {
+                let i = chunk * CHUNK + k;
+                let law = &model.materials[model.material[i] as usize].law;
+                if model.has_segment(i) && law.form == YarnForm::Corrected {
+                    *limits = law.flow_limits(&deformation[i]);
+                }
+            }
+        });
+    }
+
     /// Gradient at `work.velocity` into `work.residual`: the impulse that nothing but the boundary can balance [N s].
-    pub fn gradient(&mut self, work: &mut ImplicitScratch<D>) {
+    ///
+    /// `flow`: take the limits of plastic flow from this state; otherwise they stay.
+    pub fn gradient(&mut self, work: &mut ImplicitScratch<D>, flow: bool) {
         let (nodes, mut buffers, _, _) = split(work, false);
         self.configure(nodes, &mut buffers);
+        if flow {
+            self.limit(&mut buffers);
+        }
         let damping = self.setting.settings.affine_damping;
         let model = self.setting.model;
-        buffers.forces.evaluate(model, buffers.position, buffers.deformation, &self.state.deformation);
+        buffers.forces.evaluate(
+            model,
+            buffers.position,
+            buffers.deformation,
+            &self.state.deformation,
+            &*buffers.limits,
+        );
         if damping != 1.0 {
             for moment in &mut buffers.forces.section {
                 *moment = damp(moment, damping);
@@ -109,17 +150,18 @@ impl<const D: usize> Operator<'_, D> {
         }
     }
 
-    /// Prepares the stress tangents at `work.velocity` (configured by the last gradient).
-    pub fn linearise(&mut self, work: &mut ImplicitScratch<D>) {
+    /// Prepares the stress tangents at `work.velocity` (configured by the last gradient); with `secant` those of flowing shear do not overshoot.
+    pub fn linearise(&mut self, work: &mut ImplicitScratch<D>, secant: bool) {
         let model = self.setting.model;
         work.tangents.resize(model.len(), None);
-        let deformation = &work.deformation;
+        let (deformation, limits) = (&work.deformation, &work.limits);
         work.tangents.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, tangents)| {
             for (k, tangent) in tangents.iter_mut().enumerate() {
                 let i = chunk * CHUNK + k;
-                *tangent = model
-                    .has_segment(i)
-                    .then(|| model.materials[model.material[i] as usize].law.tangent(&deformation[i]));
+                *tangent = model.has_segment(i).then(|| {
+                    let law = &model.materials[model.material[i] as usize].law;
+                    law.flow_tangent(&deformation[i], limits.get(i).unwrap_or(&FlowLimits::ELASTIC), secant)
+                });
             }
         });
         // Positions of the linearisation stay in `work.position`: the Hessian does not touch them.
@@ -239,6 +281,7 @@ struct Buffers<'a, const D: usize> {
     moved: &'a mut Vec<SVector<f64, D>>,
     position: &'a mut Vec<SVector<f64, D>>,
     deformation: &'a mut Vec<SMatrix<f64, D, D>>,
+    limits: &'a mut Vec<FlowLimits>,
     force: &'a mut Vec<SVector<f64, D>>,
     on_vertex: &'a mut Vec<SVector<f64, D>>,
     on_quadrature: &'a mut Vec<SVector<f64, D>>,
@@ -258,6 +301,7 @@ fn split<const D: usize>(work: &mut ImplicitScratch<D>, trial: bool) -> Split<'_
             moved: &mut work.moved,
             position: &mut work.position,
             deformation: &mut work.deformation,
+            limits: &mut work.limits,
             force: &mut work.force,
             on_vertex: &mut work.on_vertex,
             on_quadrature: &mut work.on_quadrature,

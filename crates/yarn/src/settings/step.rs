@@ -20,9 +20,10 @@ pub enum Integrator {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ImplicitSettings {
-    /// Newton stops when the residual has fallen to this share of the momentum change it started from; 1e-12 to 0.1.
+    /// Newton and the search for friction stop when what is left has fallen to this share of the momentum change they started from;
+    /// 1e-12 to 0.1. Momentum is kept as well as this.
     pub tolerance: f64,
-    /// Most Newton iterations, from 1. One gives the linearly implicit step.
+    /// Most Newton iterations for one set of contacts and friction impulses, from 1. One gives the linearly implicit step.
     pub max_newton: usize,
     /// Most conjugate-gradient iterations per Newton iteration, from 1.
     pub max_cg: usize,

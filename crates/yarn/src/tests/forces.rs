@@ -39,7 +39,7 @@ fn check<const D: usize>(bending: Bending) {
     let mut scratch = Scratch::<D>::new(particle_grid::Lattice::new(model.cell));
     scratch.transfer.rebuild(&model, &state.position).unwrap();
     let mut forces = Forces::default();
-    forces.evaluate(&model, &state.position, &deformation, &deformation);
+    forces.evaluate(&model, &state.position, &deformation, &deformation, &[]);
     let mut still = state.clone();
     still.velocity.fill(SVector::zeros());
     crate::step::particles_to_grid(&model, &still, Some((&forces, 1.0)), &[], &mut scratch.transfer);

@@ -17,6 +17,7 @@ use serde_json::{Map, Value};
 
 use super::Exit;
 use super::run::read_json;
+use crate::out::say;
 use crate::stop;
 
 /// Arguments of `viscose batch`.
@@ -74,7 +75,7 @@ impl Batch {
                         if std::io::stderr().is_terminal() {
                             let _ = bars.println(line);
                         } else {
-                            println!("{line}");
+                            say!("{line}");
                         }
                         lock(&rows).push((index, row));
                     }
@@ -86,7 +87,7 @@ impl Batch {
         let rows: Vec<Row> = rows.into_iter().map(|(_, row)| row).collect();
         let table = self.out.join("results.csv");
         runner::record::folder::write_atomically(&table, results_csv(&rows).as_bytes()).into_diagnostic()?;
-        println!("{}", table.display());
+        say!("{}", table.display());
         if !self.no_report {
             let runs: Vec<PathBuf> = rows
                 .iter()
@@ -96,12 +97,12 @@ impl Batch {
             if !runs.is_empty() {
                 let page = self.out.join("report.html");
                 runner::report::write(&runs, &page)?;
-                println!("{}", page.display());
+                say!("{}", page.display());
             }
         }
         let count = |verdict: &str| rows.iter().filter(|row| row.verdict == verdict).count();
         let (failed, bad) = (count("failed") + count("crashed"), count("bad input"));
-        println!(
+        say!(
             "{} scenes: {} done, {} already done, {} stopped, {failed} failed, {bad} bad input",
             scenes.len(),
             count("done"),

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Exit;
+use crate::out::{say, tell};
 
 /// Arguments of `viscose check`.
 #[derive(Args)]
@@ -26,9 +27,9 @@ impl Check {
                 .map_err(miette::Report::from)
                 .and_then(|loaded| runner::prepare::estimate(&loaded.scene).map_err(miette::Report::from));
             match verdict {
-                Ok(estimate) => println!("{}: sound; {estimate}", path.display()),
+                Ok(estimate) => say!("{}: sound; {estimate}", path.display()),
                 Err(report) => {
-                    eprintln!("{report:?}");
+                    tell!("{report:?}");
                     exit = Exit::BadInput;
                 }
             }

@@ -8,6 +8,7 @@ use contact::{ContactSettings, Scaling, SolverChoice};
 use miette::IntoDiagnostic;
 
 use super::Exit;
+use crate::out::say;
 
 /// Arguments of `viscose contact`.
 #[derive(Args)]
@@ -74,10 +75,10 @@ pub fn replay(file: &Path) -> miette::Result<Exit> {
 
 fn tell(report: &JobReport, json: bool) -> miette::Result<()> {
     if json {
-        println!("{}", serde_json::to_string(report).into_diagnostic()?);
+        say!("{}", serde_json::to_string(report).into_diagnostic()?);
         return Ok(());
     }
-    println!(
+    say!(
         "{}: {} contacts, {}: {} after {} iterations, residual {:.2e} (asked {:.1e}), {:.6} s",
         report.file,
         report.contacts,
@@ -89,7 +90,7 @@ fn tell(report: &JobReport, json: bool) -> miette::Result<()> {
         report.seconds
     );
     for stage in &report.stages {
-        println!(
+        say!(
             "  {:12} {} groups, {} iterations, {} converged",
             stage.method.name(),
             stage.groups,

@@ -7,6 +7,7 @@ use constitutive::fit::{Estimate, FitSettings, FlowModel, fit_flow_curve};
 use miette::{IntoDiagnostic, WrapErr};
 
 use super::Exit;
+use crate::out::say;
 
 /// Arguments of `viscose fit`.
 #[derive(Args)]
@@ -48,10 +49,10 @@ impl Fit {
             .into_diagnostic()
             .wrap_err_with(|| self.file.display().to_string())?;
         if self.json {
-            println!("{}", serde_json::to_string(&fit).into_diagnostic()?);
+            say!("{}", serde_json::to_string(&fit).into_diagnostic()?);
             return Ok(Exit::Done);
         }
-        println!("{} ({} points, {} outliers)", fit.model.name(), fit.points.len(), fit.outliers());
+        say!("{} ({} points, {} outliers)", fit.model.name(), fit.points.len(), fit.outliers());
         let show = |name: &str, estimate: &Estimate, unit: &str| {
             let interval = match (estimate.fitted, estimate.high) {
                 (false, _) => "fixed by the model".to_owned(),
@@ -60,15 +61,17 @@ impl Fit {
                 }
                 (true, None) => "too few points for an interval".to_owned(),
             };
-            println!("  {name:14} {:>12.6} {unit:7} {interval}", estimate.value);
+            say!("  {name:14} {:>12.6} {unit:7} {interval}", estimate.value);
         };
         show("yield stress", &fit.yield_stress, "Pa");
         show("consistency", &fit.consistency, "Pa·sⁿ");
         show("index", &fit.index, "");
-        println!("  relative error {:>12.3e}  (root mean square)", fit.rms);
-        println!(
+        say!("  relative error {:>12.3e}  (root mean square)", fit.rms);
+        say!(
             "in a scene: flow: Rheometer(yield_stress: {:.6}, consistency: {:.6}, index: {:.6})",
-            fit.yield_stress.value, fit.consistency.value, fit.index.value
+            fit.yield_stress.value,
+            fit.consistency.value,
+            fit.index.value
         );
         Ok(Exit::Done)
     }

@@ -7,6 +7,7 @@ use miette::{IntoDiagnostic, WrapErr};
 use runner::import::{ImportOptions, import};
 
 use super::Exit;
+use crate::out::{say, say_on, tell};
 
 /// Arguments of `viscose import`.
 #[derive(Args)]
@@ -43,15 +44,15 @@ impl Import {
         let folder = if prints { PathBuf::new() } else { out.parent().map(Path::to_owned).unwrap_or_default() };
         let imported = import(&self.file, &folder, &ImportOptions { assets: self.assets, parity: self.parity })?;
         if prints {
-            print!("{}", imported.text);
-            eprint!("{}", imported.notes.text());
+            say_on!("{}", imported.text);
+            tell!("{}", imported.notes.text().trim_end());
         } else {
             std::fs::write(&out, &imported.text).into_diagnostic().wrap_err_with(|| out.display().to_string())?;
-            print!("{}", imported.notes.text());
-            println!("{}: {}", out.display(), imported.notes.counts());
+            say_on!("{}", imported.notes.text());
+            say!("{}: {}", out.display(), imported.notes.counts());
         }
         if imported.notes.any_missing() {
-            eprintln!("the scene does not load before the missing files are there");
+            tell!("the scene does not load before the missing files are there");
             return Ok(Exit::Failed);
         }
         Ok(Exit::Done)

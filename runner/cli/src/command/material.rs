@@ -4,8 +4,10 @@ use clap::Args;
 use constitutive::presets::{LIQUID_NAMES, Liquid};
 use constitutive::summary::{describe, logarithmic_rates};
 use miette::IntoDiagnostic;
+use runner::scene::error::suggest;
 
 use super::Exit;
+use crate::out::{say, say_on};
 
 /// Arguments of `viscose material`.
 #[derive(Args)]
@@ -38,17 +40,18 @@ impl Material {
             None => LIQUID_NAMES.to_vec(),
         };
         for name in names {
-            let liquid = Liquid::preset(name).into_diagnostic()?;
+            let liquid = Liquid::preset(name)
+                .map_err(|error| miette::miette!(help = suggest(name, "liquid", &LIQUID_NAMES), "{error}"))?;
             let summary = describe(name, &liquid, &rates).into_diagnostic()?;
             if self.json {
-                println!("{}", serde_json::to_string(&summary).into_diagnostic()?);
+                say!("{}", serde_json::to_string(&summary).into_diagnostic()?);
             } else if self.name.is_none() {
                 let kind = if summary.compressible { "compressible" } else { "incompressible" };
-                println!("{name:20} {:14} {}", kind, summary.class.name());
+                say!("{name:20} {:14} {}", kind, summary.class.name());
             } else {
-                print!("{}", summary.text());
+                say_on!("{}", summary.text());
                 if self.plot {
-                    print!("{}", summary.plot(72, 20));
+                    say_on!("{}", summary.plot(72, 20));
                 }
             }
         }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Exit;
+use crate::out::{say, say_on};
 
 /// Arguments of `viscose plan`.
 #[derive(Args)]
@@ -23,8 +24,8 @@ impl Plan {
         let plan = runner::plan::Plan::for_scene(&loaded.scene)?;
         let estimate = runner::prepare::estimate(&loaded.scene)?;
         let particles = estimate.liquid.map_or(0.0, |liquid| liquid.particles);
-        print!("{}", plan.with_cost(estimate.vertices as f64, particles));
-        println!("{estimate}");
+        say_on!("{}", plan.with_cost(estimate.vertices as f64, particles));
+        say!("{estimate}");
         Ok(Exit::Done)
     }
 }

@@ -12,6 +12,7 @@ use runner::run::RunError;
 use runner::stepper::Stepper;
 
 use super::Exit;
+use crate::out::say;
 
 /// Arguments of `viscose replay`.
 #[derive(Args)]
@@ -48,15 +49,15 @@ impl Replay {
         job.system.load(&saved.system).into_diagnostic()?;
         let mut stepper = Stepper::new(job.control, job.end);
         stepper.state = saved.stepper;
-        println!("{}: step {}, t = {} s", self.file.display(), stepper.state.step, stepper.state.time);
+        say!("{}: step {}, t = {} s", self.file.display(), stepper.state.step, stepper.state.time);
         for _ in 0..self.steps {
             if stepper.done() {
-                println!("the end of the scene is reached");
+                say!("the end of the scene is reached");
                 break;
             }
             match stepper.advance(job.system.as_mut(), f64::INFINITY) {
                 Ok(step) => {
-                    println!(
+                    say!(
                         "step {}: dt = {:.4e} s ({}), t = {} s, {} iterations, {} rejections",
                         stepper.state.step,
                         step.dt,
@@ -66,11 +67,11 @@ impl Replay {
                         step.rejections
                     );
                     for (stage, seconds) in job.system.stage_seconds() {
-                        println!("  {stage:18} {seconds:.6} s");
+                        say!("  {stage:18} {seconds:.6} s");
                     }
                 }
                 Err(failure) => {
-                    println!("refused down to dt = {:.4e} s: {}", failure.dt, failure.rejection);
+                    say!("refused down to dt = {:.4e} s: {}", failure.dt, failure.rejection);
                     return Ok(Exit::Failed);
                 }
             }

@@ -9,6 +9,7 @@ use runner::record::folder::RunFolder;
 use runner::record::frame_files;
 
 use super::Exit;
+use crate::out::say;
 
 /// Arguments of `viscose report`.
 #[derive(Args)]
@@ -32,7 +33,7 @@ impl Report {
     pub fn run(self) -> miette::Result<Exit> {
         if let Some(file) = &self.picture {
             still(&self.runs[0], self.frame, file)?;
-            println!("{}", file.display());
+            say!("{}", file.display());
             return Ok(Exit::Done);
         }
         let out = self.out.unwrap_or_else(|| match self.runs.as_slice() {
@@ -40,7 +41,7 @@ impl Report {
             _ => PathBuf::from("report.html"),
         });
         runner::report::write(&self.runs, &out)?;
-        println!("{}", out.display());
+        say!("{}", out.display());
         Ok(Exit::Done)
     }
 }

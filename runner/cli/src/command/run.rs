@@ -7,6 +7,7 @@ use miette::{IntoDiagnostic, WrapErr};
 use runner::run::{Ending, RunOptions, RunOutcome};
 
 use super::Exit;
+use crate::out::{say, tell};
 use crate::{progress, stop};
 
 /// Arguments of `viscose run`.
@@ -116,7 +117,7 @@ fn tell(outcome: &RunOutcome, page: Option<&Path>, json: bool) -> Exit {
                     Some(page) => format!("open {}", page.display()),
                     None => format!("`viscose report {folder}` shows them"),
                 };
-                println!(
+                say!(
                     "done: {} steps ({} rejected) in {:.1} s; results in {folder}, {shown}",
                     figure("steps"),
                     figure("rejected_steps"),
@@ -126,16 +127,16 @@ fn tell(outcome: &RunOutcome, page: Option<&Path>, json: bool) -> Exit {
             Exit::Done
         }
         Ending::Stopped(why) => {
-            eprintln!("stopped at t = {} s ({why}); add --resume to the same command to go on", figure("time"));
+            tell!("stopped at t = {} s ({why}); add --resume to the same command to go on", figure("time"));
             Exit::Done
         }
         Ending::Failed(failure) => {
-            eprintln!("the run failed at t = {} s: {}", failure.time, failure.rejection);
+            tell!("the run failed at t = {} s: {}", failure.time, failure.rejection);
             if outcome.summary.get("rejected_steps").and_then(serde_json::Value::as_u64).unwrap_or(0) > 1 {
-                eprintln!("  the step was halved down to {:.3e} s without success", failure.dt);
+                tell!("  the step was halved down to {:.3e} s without success", failure.dt);
             }
             if let Some(path) = &outcome.saved {
-                eprintln!("  the last good state is saved in {}", path.display());
+                tell!("  the last good state is saved in {}", path.display());
             }
             Exit::Failed
         }

@@ -3,6 +3,7 @@
 use clap::Args;
 
 use super::Exit;
+use crate::out::{say, say_on};
 
 /// Arguments of `viscose schema`.
 #[derive(Args)]
@@ -16,9 +17,9 @@ impl Schema {
     /// Prints the reference.
     pub fn run(self) -> miette::Result<Exit> {
         if self.json {
-            println!("{:#}", runner::scene::reference::json_schema());
+            say!("{:#}", runner::scene::reference::json_schema());
         } else {
-            print!("{}", runner::scene::reference::markdown());
+            say_on!("{}", runner::scene::reference::markdown());
         }
         Ok(Exit::Done)
     }

@@ -7,6 +7,7 @@ use miette::IntoDiagnostic;
 use validation::{Case, CaseResult};
 
 use super::Exit;
+use crate::out::say;
 
 /// Arguments of `viscose validate`.
 #[derive(Args)]
@@ -37,9 +38,10 @@ impl Validate {
         let cases = self.chosen()?;
         if self.list {
             for case in &cases {
-                println!("{}\n    {}", case.id, case.about);
+                say!("{}\n    {}", case.id, case.about);
                 for param in case.params {
-                    println!("    --set {}={:?} [{}]  {}", param.name, param.default, param.unit, param.meaning);
+                    let unit = if param.unit == "1" { String::new() } else { format!(" [{}]", param.unit) };
+                    say!("    --set {}={}{unit}  {}", param.name, param.default, param.meaning);
                 }
             }
             return Ok(Exit::Done);
@@ -67,12 +69,9 @@ impl Validate {
                 Err(error) => {
                     failed += 1;
                     if self.json {
-                        println!(
-                            "{}",
-                            serde_json::json!({ "case": case.id, "error": error.to_string(), "pass": false })
-                        );
+                        say!("{}", serde_json::json!({ "case": case.id, "error": error.to_string(), "pass": false }));
                     } else {
-                        println!("FAIL {:32} {error}", case.id);
+                        say!("FAIL {:32} {error}", case.id);
                     }
                 }
             }
@@ -82,7 +81,7 @@ impl Validate {
         }
         let skipped = results.iter().filter(|r| r.outcome.skipped().is_some()).count();
         if !self.json {
-            println!(
+            say!(
                 "{} cases: {} passed, {failed} failed, {skipped} skipped",
                 cases.len(),
                 cases.len() - failed - skipped
@@ -111,17 +110,17 @@ impl Validate {
 
     fn show(&self, result: &CaseResult) {
         if self.json {
-            println!("{}", result.to_json());
+            say!("{}", result.to_json());
             return;
         }
         if let Some(reason) = result.outcome.skipped() {
-            println!("skip {:32} {reason}", result.case);
+            say!("skip {:32} {reason}", result.case);
             return;
         }
         let verdict = if result.outcome.passed() { "ok  " } else { "FAIL" };
-        println!("{verdict} {:32} {:7.2} s  {}", result.case, result.seconds, result.outcome.one_line());
+        say!("{verdict} {:32} {:7.2} s  {}", result.case, result.seconds, result.outcome.one_line());
         for failure in result.outcome.failures() {
-            println!("       {failure}");
+            say!("       {failure}");
         }
     }
 }

@@ -164,6 +164,7 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         // contacts added after the last round have no impulse yet
         contact.drop_unsolved(system.contacts.len());
         contact.confirm(memory, system);
+        contact.keep(memory, system);
     }
     contact.account(rods, stepper, &corrected, solids, step, tau);
     contact.remember(memory, tau);
@@ -398,6 +399,13 @@ impl ContactWorld {
             report.tolerance
         );
         Err(Rejection { stage: "mixture", reason: RejectionReason::NotConverged, element: None, detail })
+    }
+
+    /// Keeps the problem where the scene asks for it.
+    fn keep(&mut self, memory: &ContactMemory, system: &ContactSystem) {
+        if self.save_every.is_some_and(|every| memory.steps.is_multiple_of(every.max(1))) {
+            self.saved.push((memory.steps, system.problem.clone()));
+        }
     }
 
     /// Forgets contacts that were found after the last problem was solved.

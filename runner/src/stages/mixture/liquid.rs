@@ -2,9 +2,9 @@
 //!
 //! ```text
 //! begin           8       walls take hold of the grid; the shear system is built (with drag and added mass, if any)
-//! shear           9       momentum with shear, without pressure
-//! pressure        10, 11  pressure, and its gradient on the faces (strands read it there)
-//! shear_again     12, 14  momentum once more, with the pressure
+//! shear           9       momentum with shear; under the pressure of the free motion where nothing else acts on the momentum
+//! pressure        10, 11  pressure, or what is left of it, and its gradient on the faces (strands read it there)
+//! shear_again     12, 14  momentum once more with the pressure, where strands act on it
 //! end                     impulses are booked, what strands did is forgotten
 //! ```
 //! Whatever couples strands to the liquid stands between these steps and fills `flow.coupling`.
@@ -43,12 +43,29 @@ pub fn begin(world: &mut World, step: Step) -> Result<(), Rejection> {
     })
 }
 
-/// Momentum with shear, without the pressure of this step.
+/// Momentum with shear, under the pressure of the free motion where that is predicted.
 pub fn shear(world: &mut World, step: Step) -> Result<(), Rejection> {
     in_its_dimension!(world, |flow, state| {
-        if !state.particles.is_empty() {
-            flow.report.shear = Some(momentum(flow, state, step, false)?);
+        (flow.report.prediction, flow.report.shear_again, flow.report.projection) = (None, None, None);
+        if state.particles.is_empty() {
+            return Ok(());
         }
+        if flow.settings.pressure.enabled {
+            let start = Instant::now();
+            flow.pressure.build(&flow.grid, step.dt, &flow.settings.pressure);
+            flow.seconds[1] += start.elapsed().as_secs_f64();
+        }
+        let predict = predicts(flow);
+        if predict {
+            let start = Instant::now();
+            let Flow { pressure, grid, settings, body, .. } = flow.as_mut();
+            let report = pressure
+                .predict(grid, body, None, step.dt, &settings.pressure)
+                .map_err(|error| refuse(&error, state))?;
+            flow.seconds[1] += start.elapsed().as_secs_f64();
+            flow.report.prediction = Some(report);
+        }
+        flow.report.shear = Some(momentum(flow, state, step, predict)?);
         Ok(())
     })
 }
@@ -56,11 +73,16 @@ pub fn shear(world: &mut World, step: Step) -> Result<(), Rejection> {
 /// The same step again after the start was pushed: momentum, pressure, momentum with the pressure.
 pub fn solve_again(world: &mut World, step: Step) -> Result<(), Rejection> {
     let Some(before) = world.liquid.as_ref().map(LiquidWorld::report) else { return Ok(()) };
-    shear(world, step)?;
+    in_its_dimension!(world, |flow, state| {
+        if !state.particles.is_empty() {
+            flow.report.shear = Some(momentum(flow, state, step, false)?);
+        }
+        Ok(())
+    })?;
     super::coupling::crowding_rate(world)?;
     in_its_dimension!(world, |flow, state| {
         if flow.settings.pressure.enabled {
-            flow.report.pressure = Some(project(flow, state, step, true)?);
+            flow.report.pressure = Some(project(flow, state, step, false)?);
         }
         Ok(())
     })?;
@@ -71,24 +93,26 @@ pub fn solve_again(world: &mut World, step: Step) -> Result<(), Rejection> {
     })
 }
 
-/// Pressure and its gradient on the faces.
+/// Pressure, or what the prediction left of it, and its gradient on the faces.
 pub fn pressure(world: &mut World, step: Step) -> Result<(), Rejection> {
     in_its_dimension!(world, |flow, state| {
         if !state.particles.is_empty() && flow.settings.pressure.enabled {
-            flow.pressure.build(&flow.grid, step.dt, &flow.settings.pressure);
-            flow.report.pressure = Some(project(flow, state, step, true)?);
+            let rest = flow.report.prediction.is_some();
+            flow.report.pressure = Some(project(flow, state, step, rest)?);
+            if rest {
+                settle(flow, state, step)?;
+            }
         }
         Ok(())
     })
 }
 
-/// Momentum once more, with the pressure.
+/// Momentum once more, with the pressure; without strands and with the default settings the pressure alone acts.
 pub fn shear_again(world: &mut World, step: Step) -> Result<(), Rejection> {
     in_its_dimension!(world, |flow, state| {
-        if state.particles.is_empty() || !flow.settings.pressure.enabled {
+        if state.particles.is_empty() || !flow.settings.pressure.enabled || flow.report.prediction.is_some() {
             return Ok(());
         }
-        flow.pressure_impulse = pressure_impulse(&flow.grid, step.dt);
         let resists_again = flow.resists && flow.settings.shear.after_pressure;
         if !resists_again && !flow.coupling.acts_on_momentum() {
             pressure_solve::correct_velocities(&mut flow.grid, step.dt);
@@ -96,16 +120,21 @@ pub fn shear_again(world: &mut World, step: Step) -> Result<(), Rejection> {
         }
         flow.report.shear_again = Some(momentum(flow, state, step, true)?);
         if flow.settings.pressure.project_last {
-            let first = flow.grid.cell.pressure.clone();
-            flow.report.projection = Some(project(flow, state, step, false)?);
-            flow.pressure_impulse += pressure_impulse(&flow.grid, step.dt);
-            pressure_solve::correct_velocities(&mut flow.grid, step.dt);
-            for (p, q) in flow.grid.cell.pressure.iter_mut().zip(first) {
-                *p += q;
-            }
+            flow.report.projection = Some(project(flow, state, step, true)?);
         }
         Ok(())
     })
+}
+
+/// Whether the pressure of the free motion acts in the shear solve: where shear is solved for, once, and strands do not act on the
+/// momentum (their drag is no part of the free motion, and with them the momentum is solved for again).
+fn predicts<const D: usize>(flow: &Flow<D>) -> bool {
+    let settings = &flow.settings;
+    settings.pressure.enabled
+        && settings.pressure.predict
+        && flow.resists
+        && !settings.shear.after_pressure
+        && !flow.coupling.acts_on_momentum()
 }
 
 /// Books what acted on the liquid and forgets what strands did.
@@ -117,8 +146,9 @@ pub fn end(world: &mut World, step: Step) -> Result<(), Rejection> {
         finite::grid(STAGE, &flow.grid)?;
         let mass = state.particles.mass.iter().sum();
         state.ledger.fell(mass, &flow.body, step.dt);
-        state.pressure_impulse += flow.pressure_impulse;
-        flow.pressure_impulse.fill(0.0);
+        if flow.settings.pressure.enabled {
+            state.pressure_impulse += pressure_impulse(&flow.grid, step.dt);
+        }
         let rate = flow.coupling.fraction_rate();
         flow.report.mixture_divergence = flow.pressure.mixture_divergence(&flow.grid, rate);
         state.steps += 1;
@@ -152,20 +182,42 @@ fn momentum<const D: usize>(
     Ok(report)
 }
 
+/// Solves for the pressure (`rest`: for what is left beside the pressure that acts already, and corrects the velocities).
 fn project<const D: usize>(
     flow: &mut Flow<D>,
     state: &FlowState<D>,
     step: Step,
-    elastic: bool,
+    rest: bool,
 ) -> Result<PressureReport, Rejection> {
     let start = Instant::now();
     let Flow { pressure, grid, coupling, settings, .. } = flow;
-    let rate = if elastic { coupling.fraction_rate() } else { None };
-    let report =
-        pressure.solve(grid, rate, step.dt, elastic, &settings.pressure).map_err(|error| refuse(&error, state))?;
+    let rate = coupling.fraction_rate();
+    let report = if rest {
+        pressure.correct(grid, rate, step.dt, &settings.pressure)
+    } else {
+        pressure.solve(grid, rate, step.dt, &settings.pressure)
+    };
+    let report = report.map_err(|error| refuse(&error, state))?;
     flow.seconds[1] += start.elapsed().as_secs_f64();
     accept("pressure", &report.multigrid.solve)?;
     Ok(report)
+}
+
+/// Shear and pressure in turn until they agree, where elastic waves cross many cells in a step.
+fn settle<const D: usize>(flow: &mut Flow<D>, state: &FlowState<D>, step: Step) -> Result<(), Rejection> {
+    let start = Instant::now();
+    let Flow { shear, pressure, grid, coupling, materials, settings, body, .. } = flow;
+    let rate = coupling.fraction_rate();
+    let settled = shear
+        .settle(pressure, &state.particles, materials, grid, body, rate, step.dt, settings)
+        .map_err(|error| refuse(&error, state))?;
+    flow.seconds[0] += start.elapsed().as_secs_f64();
+    if let Some((shear, pressure, _)) = settled {
+        accept("shear", &shear.solve)?;
+        accept("pressure", &pressure.multigrid.solve)?;
+        (flow.report.shear_again, flow.report.projection) = (Some(shear), Some(pressure));
+    }
+    Ok(())
 }
 
 fn refuse<const D: usize>(error: &LiquidError, state: &FlowState<D>) -> Rejection {

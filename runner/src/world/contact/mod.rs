@@ -70,6 +70,10 @@ pub struct ContactWorld {
     pub seconds: [f64; 3],
     /// The first contact problem that was not solved, and the last one that rejected a step.
     pub unsolved: Option<ContactProblem>,
+    /// Every so many steps the problem is kept.
+    pub save_every: Option<u64>,
+    /// Problems kept, by step.
+    pub saved: Vec<(u64, ContactProblem)>,
 }
 
 /// Memory that is used again every step.
@@ -209,6 +213,8 @@ impl ContactWorld {
             outside_scale: 0.0,
             seconds: [0.0; 3],
             unsolved: None,
+            save_every: asked.save_every,
+            saved: Vec::new(),
         })
     }
 

@@ -73,8 +73,8 @@ pub fn settings(scene: &Scene, liquid: &Liquid) -> LiquidSettings {
         StepControl::Fixed(_) => (StepSettings::default().cfl, StepSettings::default().deformation),
     };
     let (tangent, newton_iterations) = match liquid.shear.tangent {
-        ShearTangent::Symmetric => (Tangent::Symmetric, 1),
-        ShearTangent::Safe => (Tangent::PositiveDefinite, 1),
+        ShearTangent::Symmetric => (Tangent::Symmetric, ShearSettings::default().newton_iterations),
+        ShearTangent::Safe => (Tangent::PositiveDefinite, ShearSettings::default().newton_iterations),
         ShearTangent::Newton => (Tangent::Symmetric, NEWTON_ITERATIONS),
     };
     LiquidSettings {
@@ -86,6 +86,7 @@ pub fn settings(scene: &Scene, liquid: &Liquid) -> LiquidSettings {
         shear: ShearSettings {
             enabled: on(Component::Shear),
             operator: match liquid.shear.operator {
+                Operator::Automatic => ShearOperator::Automatic,
                 Operator::Cells => ShearOperator::CellQuadrature,
                 Operator::Particles => ShearOperator::Particles,
             },
@@ -100,6 +101,7 @@ pub fn settings(scene: &Scene, liquid: &Liquid) -> LiquidSettings {
         },
         pressure: PressureSettings {
             enabled: on(Component::Pressure),
+            predict: liquid.pressure.prediction,
             project_last: liquid.pressure.final_projection,
             multigrid: MultigridSettings {
                 tolerance: liquid.pressure.tolerance,
@@ -214,7 +216,6 @@ fn flow<const D: usize>(
         maintenance: ResampleScratch::default(),
         resists: false,
         report: FlowReport::default(),
-        pressure_impulse: Vector::zeros(),
         seconds: [0.0; 2],
         slices: picture::slices(scene),
         probes: probe::build(scene),

@@ -124,8 +124,9 @@ impl<const D: usize> Flow<D> {
             out.push(report.torn as f64);
         }
         if self.settings.pressure.enabled {
+            let predicted = report.prediction.map_or(0, |p| p.multigrid.solve.iterations);
             let pressure = [report.pressure, report.projection].into_iter().flatten();
-            let (iterations, residual) = pressure.fold((0, 0.0), |(n, r), p| {
+            let (iterations, residual) = pressure.fold((predicted, 0.0), |(n, r), p| {
                 (n + p.multigrid.solve.iterations, f64::max(r, p.multigrid.solve.residual))
             });
             out.extend([iterations as f64, residual, report.mixture_divergence]);

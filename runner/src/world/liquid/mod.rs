@@ -6,7 +6,6 @@
 //! sources    stage 0: sources, drains, the domain            limits     the largest stable step and why
 //! coupling   what strands do to the liquid, between the named steps of stage 6
 //! finite     no number that is not finite leaves a stage      measure    columns and figures
-//! tension    volume ratios that no pressure watches
 //! estimate   how much of it there will be, without building it
 //! picture    particles, slices and outlines for frames        probe      a point that is followed
 //! ```
@@ -25,7 +24,6 @@ pub mod planar;
 pub mod probe;
 pub mod solids;
 pub mod sources;
-pub mod tension;
 
 use mpm::deformation::PreviousStrain;
 use mpm::{
@@ -110,8 +108,6 @@ pub struct Flow<const D: usize> {
     pub resists: bool,
     /// What the stages did in the last step.
     pub report: FlowReport,
-    /// Momentum that the pressure gave in this step [N s].
-    pub pressure_impulse: Vector<D>,
     /// Seconds of the last step in the shear and pressure solves.
     pub seconds: [f64; 2],
     /// Planes of which frames show a cut: direction of the normal and place along it [m].
@@ -131,6 +127,8 @@ pub struct FlowReport {
     pub weights: WeightsReport,
     /// Torn particles.
     pub torn: usize,
+    /// Pressure of the free motion, where it was predicted.
+    pub prediction: Option<PressureReport>,
     /// First shear solve.
     pub shear: Option<ShearReport>,
     /// Pressure.
@@ -311,7 +309,10 @@ impl FlowReport {
     #[must_use]
     pub fn iterations(&self) -> usize {
         let shear = [self.shear, self.shear_again].into_iter().flatten().map(|r| r.solve.iterations);
-        let pressure = [self.pressure, self.projection].into_iter().flatten().map(|r| r.multigrid.solve.iterations);
+        let pressure = [self.prediction, self.pressure, self.projection]
+            .into_iter()
+            .flatten()
+            .map(|r| r.multigrid.solve.iterations);
         shear.chain(pressure).sum()
     }
 }

@@ -1,6 +1,6 @@
 //! Frequency of longitudinal standing waves.
 
-use super::setup::{CELL, SEGMENT, build, material, plane, polyline};
+use super::setup::{CELL, SEGMENT, build, material, observed_order, order_curve, plane, polyline};
 use crate::case::{Case, CaseError, Outcome, Param, Params};
 
 /// Axial mode.
@@ -24,13 +24,22 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     let mode = p.count_in("mode", 1, cells / 6)?;
     let rotation = p.number_in("rotation", -360.0, 360.0)?;
     let (ratio, kept) = frequency_ratio(cells, mode, rotation)?;
-    let (fine, _) = frequency_ratio(2 * cells, mode, rotation)?;
+    let mut points = vec![[1.0 / cells as f64, (1.0 - ratio).abs()]];
+    for finer in [3 * cells / 2, 2 * cells, 3 * cells] {
+        points.push([1.0 / finer as f64, (1.0 - frequency_ratio(finer, mode, rotation)?.0).abs()]);
+    }
     let mut out = Outcome::new();
     let resolution = (mode as f64 / cells as f64).powi(2);
     out.compare("frequency_ratio", ratio, 1.0, 1.6 * resolution);
-    let order = ((1.0 - ratio).abs() / (1.0 - fine).abs()).log2();
-    out.measure("order", order, |o| o > 1.7, "observed order between this and twice the resolution above 1.7");
+    let order = observed_order(&points);
+    out.measure(
+        "order",
+        order,
+        |o| o > 1.8,
+        "observed order over this and 1.5, 2 and 3 times the resolution above 1.8",
+    );
     out.info("amplitude_after_two_periods", kept);
+    out.curve(order_curve("Axial mode", "cell over length", "error of the frequency", &points, 2.0));
     Ok(out)
 }
 

@@ -89,9 +89,8 @@ fn draw(friction: f64, wrap: f64, radius: f64, strain: f64, time: f64, steps: us
         Drive { yarn: 0, vertex: 0, motion: Motion::default() },
         Drive { yarn: 0, vertex: -1, motion: Motion { movements: vec![pull] } },
     ];
-    // Implicit, but not in the largest steps: friction follows the solve, and where a step is long against the waves of a cell
-    // part of it is left out (a step of 1e-3 s loses a sixth). Explicit steps are worse at slow sliding: the momentum that
-    // yarns bring round the curved rows of nodes each step is no longer small against what the tension brings.
+    // Explicit steps are worse at slow sliding: the momentum that yarns bring round the curved rows of nodes each step is no longer small
+    // against what the tension brings.
     settings.step.integrator = Integrator::Implicit(ImplicitSettings { max_newton: 60, ..ImplicitSettings::default() });
     let mut system = build(&settings)?;
     let dt = time / steps as f64;

@@ -4,8 +4,8 @@ use geometry::Motion;
 use yarn::YarnMaterial;
 use yarn::settings::{Pin, PinPlace};
 
-use super::setup::{SEGMENT, build, material, plane, polyline};
-use crate::case::{Case, CaseError, Outcome, Param, Params};
+use super::setup::{SEGMENT, build, material, observed_order, plane, polyline};
+use crate::case::{Case, CaseError, Outcome, Param, Params, Table};
 
 /// Catenary.
 pub const CASE: Case = Case {
@@ -39,6 +39,52 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
 
 fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     let modulus = p.number_in("stretch_modulus", 1000.0, 1e6)?;
+    let steps = p.count("steps")?;
+    let hung = hang(modulus, steps)?;
+    let mut out = Outcome::new();
+    out.compare_absolute("shape_error", hung.off / hung.sag, 0.0, 0.005);
+    out.compare("length_strain", hung.strain, hung.expected_strain, 0.12);
+    out.info("sag", hung.sag);
+    out.info("catenary_parameter", hung.parameter);
+    out.info("residual_speed", hung.speed);
+    // The inextensible limit: strain falls as 1/k.
+    let mut strains = vec![[modulus, hung.strain]];
+    let mut rows = vec![hung.row(modulus)];
+    for factor in [2.0, 4.0, 8.0] {
+        let stiffer = hang(factor * modulus, steps)?;
+        strains.push([factor * modulus, stiffer.strain]);
+        rows.push(stiffer.row(factor * modulus));
+    }
+    let order = -observed_order(&strains);
+    out.compare_absolute("order_of_the_strain_in_1/k", order, 1.0, 0.1);
+    out.table(Table {
+        title: "Towards an inextensible yarn".to_owned(),
+        columns: ["stretch modulus [Pa]", "strain of the length", "strain by tension", "shape error over sag"]
+            .map(str::to_owned)
+            .to_vec(),
+        rows,
+    });
+    Ok(out)
+}
+
+/// A yarn that has come to rest.
+struct Hung {
+    off: f64,
+    sag: f64,
+    strain: f64,
+    expected_strain: f64,
+    parameter: f64,
+    speed: f64,
+}
+
+impl Hung {
+    fn row(&self, modulus: f64) -> Vec<String> {
+        let off = self.off / self.sag;
+        [modulus, self.strain, self.expected_strain, off].map(|x| format!("{x:.3e}")).to_vec()
+    }
+}
+
+fn hang(modulus: f64, steps: usize) -> Result<Hung, CaseError> {
     let gravity = 98.0;
     let n = 41;
     let length = (n - 1) as f64 * SEGMENT;
@@ -69,7 +115,7 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     }
     let mut system = build(&settings)?;
     let dt = system.tightest_limit().map_or(5e-5, |l| l.seconds).min(5e-5);
-    let steps = match p.count("steps")? {
+    let steps = match steps {
         0 => (0.3 / dt).ceil() as usize,
         given => given,
     };
@@ -96,11 +142,12 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     // Mean tension of a catenary of weight ρ w g per length: T = ρ w g y.
     let mean_height: f64 =
         x.windows(2).map(|w| 0.5 * (curve(w[0][0]) + curve(w[1][0]))).sum::<f64>() / (x.len() - 1) as f64;
-    let mut out = Outcome::new();
-    out.compare_absolute("shape_error", off / sag, 0.0, 0.005);
-    out.compare("length_strain", strain, gravity * mean_height / modulus, 0.12);
-    out.info("sag", sag);
-    out.info("catenary_parameter", own);
-    out.info("residual_speed", system.state().velocity.iter().map(|v| v.norm()).fold(0.0, f64::max));
-    Ok(out)
+    Ok(Hung {
+        off,
+        sag,
+        strain,
+        expected_strain: gravity * mean_height / modulus,
+        parameter: own,
+        speed: system.state().velocity.iter().map(|v| v.norm()).fold(0.0, f64::max),
+    })
 }

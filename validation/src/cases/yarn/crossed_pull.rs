@@ -3,7 +3,7 @@
 use geometry::{Ease, Motion, ShapeDescription, Vector3, motion::Movement};
 use std::path::Path;
 
-use yarn::settings::{Drive, ObstacleSettings};
+use yarn::settings::{Drive, ImplicitSettings, Integrator, ObstacleSettings};
 use yarn::{YarnGroup, YarnMaterial, YarnShape, YarnSystem};
 
 use super::setup::{CELL, material, plane};
@@ -15,7 +15,7 @@ pub const CASE: Case = Case {
     about: "A yarn drawn slowly out from between two yarns that plates press with load N: pull-out force against 2 c_f N (Coulomb on both sides).",
     params: &[
         Param::number("friction", 0.3, "1", "Coulomb coefficient between the yarns"),
-        Param::count("dimension", 2, "2: three parallel yarns; 3: the outer two cross the drawn one at right angles"),
+        Param::count("dimension", 2, "2: three parallel yarns; 3: three layers, the outer two across the drawn one"),
         Param::number(
             "section_friction",
             3.0,
@@ -25,6 +25,7 @@ pub const CASE: Case = Case {
         Param::number("time", 0.24, "s", "time of the experiment"),
         Param::flag("sweep", false, "measure coefficients from 0.05 to 1 as well"),
         Param::number("compression", 0.01, "1", "share by which the plates close"),
+        Param::number("implicit_step", 0.0, "s", "implicit steps of this length; 0: explicit steps"),
     ],
     run,
 };
@@ -40,8 +41,9 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     let mut out = Outcome::new();
     let section = p.number_in("section_friction", 0.0, 10.0)?;
     let time = p.number_in("time", 0.1, 10.0)?;
+    let implicit = p.number_in("implicit_step", 0.0, 0.01)?;
     let pull = |friction: f64, compression: f64| {
-        let set = Set { friction, compression, section, time };
+        let set = Set { friction, compression, section, time, implicit };
         if dimension == 2 { pull::<2>(&set) } else { pull::<3>(&set) }
     };
     let (force, load) = pull(friction, compression)?;
@@ -76,26 +78,36 @@ struct Set {
     compression: f64,
     section: f64,
     time: f64,
+    /// Implicit step [s], or zero.
+    implicit: f64,
 }
 
 /// Mean force of the pull in its last quarter, and mean load of a plate [N/m; N in space].
 fn pull<const D: usize>(set: &Set) -> Result<(f64, f64), CaseError> {
-    let Set { friction, compression, section, time } = *set;
+    let Set { friction, compression, section, time, implicit } = *set;
     let point = |x: f64, y: f64, z: f64| {
         let place = [0.5 + x * CELL, 0.5 + y * CELL, 0.5 + z * CELL];
         place[..D].to_vec()
     };
-    let line = |from, to| YarnGroup::new(YarnShape::Line { from, to });
+    let lines = |from, to, count, step: [f64; 3]| {
+        let step = step.map(|s| s * CELL)[..D].to_vec();
+        YarnGroup::new(YarnShape::Lines { from, to, count, step })
+    };
+    // In space a single crossing would not do: the outer yarns are near enough to press on each other beside it.
     let outer = |y: f64| {
         if D == 2 {
-            line(point(-8.0, y, 0.0), point(8.0, y, 0.0))
+            lines(point(-8.0, y, 0.0), point(8.0, y, 0.0), 1, [0.0; 3])
         } else {
-            line(point(0.0, y, -6.0), point(0.0, y, 6.0))
+            lines(point(-8.0, y, -3.0), point(-8.0, y, 3.0), 17, [1.0, 0.0, 0.0])
         }
     };
+    let drawn = if D == 2 { 1 } else { 7 };
+    let first_drawn = if D == 2 { 1 } else { 17 };
+    let side = 0.5 * (drawn as f64 - 1.0);
+    let middle = lines(point(-9.0, 0.0, -side), point(10.0, 0.0, -side), drawn, [0.0, 0.0, 1.0]);
     let mut settings = plane(
         YarnMaterial { stretch_modulus: 1e4, section_friction: Some(section), ..material(friction) },
-        vec![outer(-1.0), line(point(-9.0, 0.0, 0.0), point(10.0, 0.0, 0.0)), outer(1.0)],
+        vec![outer(-1.0), middle, outer(1.0)],
     );
     settings.dimension = D;
     // Plates that the outer yarns cannot slide on, closing from both sides.
@@ -125,26 +137,27 @@ fn pull<const D: usize>(set: &Set) -> Result<(f64, f64), CaseError> {
         ease: Ease::Linear,
     };
     let mobilised = 0.5 * (close + time);
-    settings.drives = vec![Drive {
-        yarn: 1,
-        vertex: -1,
-        motion: Motion {
-            movements: vec![
-                draw((12.0 * strain + 0.15) * CELL, close, mobilised),
-                draw(0.003 * (time - mobilised), mobilised, time),
-            ],
-        },
-    }];
+    let movements =
+        vec![draw((12.0 * strain + 0.15) * CELL, close, mobilised), draw(0.003 * (time - mobilised), mobilised, time)];
+    settings.drives = (first_drawn..first_drawn + drawn)
+        .map(|yarn| Drive { yarn, vertex: -1, motion: Motion { movements: movements.clone() } })
+        .collect();
+    let mut step_length = 2e-4;
+    if implicit > 0.0 {
+        step_length = implicit;
+        settings.step.integrator = Integrator::Implicit(ImplicitSettings::default());
+    }
     let mut system = YarnSystem::<D>::build(&settings, Path::new(".")).map_err(CaseError::failed)?;
-    let steps = (time / 2e-4) as usize;
+    let steps = (time / step_length) as usize;
+    let kept = 0.996f64.powf(step_length / 2e-4);
     let (mut force, mut load, mut count) = (0.0, 0.0, 0.0);
     for step in 0..steps {
-        let report = system.advance(2e-4).map_err(CaseError::failed)?;
+        let report = system.advance(step_length).map_err(CaseError::failed)?;
         for v in &mut system.state_mut().velocity {
-            *v *= 0.996;
+            *v *= kept;
         }
         if 4 * step > 3 * steps {
-            force -= report.drive_force[0][0];
+            force -= report.drive_force.iter().map(|force| force[0]).sum::<f64>();
             load += 0.5 * (report.obstacle_force[1][1] - report.obstacle_force[0][1]);
             count += 1.0;
         }

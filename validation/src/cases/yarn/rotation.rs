@@ -1,6 +1,6 @@
 //! A turned set-up against the set-up turned.
 
-use super::setup::{CELL, material, plane, polyline};
+use super::setup::{CELL, material, observed_order, order_curve, plane, polyline};
 use crate::case::{Case, CaseError, Outcome, Param, Params};
 
 /// Rotation.
@@ -25,12 +25,17 @@ fn experiment(p: &Params) -> Result<Outcome, CaseError> {
     let (quarter, _) = difference(cells, 90.0)?;
     out.compare_absolute("quarter_turn", quarter, 0.0, 1e-12);
     let (coarse, moved) = difference(cells, rotation)?;
-    let (fine, _) = difference(2 * cells, rotation)?;
     out.info("difference_coarse", coarse / moved);
-    out.info("difference_fine", fine / moved);
     if coarse > 1e-11 {
-        let order = (coarse / fine).log2();
-        out.measure("order", order, |o| o > 1.7, "observed order of the difference above 1.7");
+        let mut points = vec![[1.0 / cells as f64, coarse / moved]];
+        for finer in [3 * cells / 2, 2 * cells, 3 * cells] {
+            let (off, moved) = difference(finer, rotation)?;
+            points.push([1.0 / finer as f64, off / moved]);
+        }
+        out.info("difference_finest", points[3][1]);
+        let order = observed_order(&points);
+        out.measure("order", order, |o| o > 1.8, "observed order of the difference over four resolutions above 1.8");
+        out.curve(order_curve("Turned run", "cell over length", "difference over motion", &points, 2.0));
     }
     Ok(out)
 }

@@ -7,7 +7,7 @@ use rayon::ThreadPoolBuilder;
 use yarn::settings::{Bending, ContactModuli, YarnMaterial};
 use yarn::{YarnGroup, YarnSettings, YarnShape, YarnSystem};
 
-use crate::case::CaseError;
+use crate::case::{CaseError, Curve};
 
 /// Cell of the reference set-up [m].
 pub const CELL: f64 = 1.0 / 64.0;
@@ -56,4 +56,34 @@ pub fn processor_seconds() -> f64 {
 /// Runs a case on one thread of its own: its systems are too small to be shared out.
 pub fn alone<R: Send>(work: impl FnOnce() -> Result<R, CaseError> + Send) -> Result<R, CaseError> {
     ThreadPoolBuilder::new().num_threads(1).build().map_err(CaseError::failed)?.install(work)
+}
+
+/// Observed order: slope of the logarithm of the error over that of the resolution, fitted to all points `(size, error)`.
+pub fn observed_order(points: &[[f64; 2]]) -> f64 {
+    let logs: Vec<(f64, f64)> = points.iter().map(|[size, error]| (size.ln(), error.ln())).collect();
+    let n = logs.len() as f64;
+    let (mx, my) = (logs.iter().map(|p| p.0).sum::<f64>() / n, logs.iter().map(|p| p.1).sum::<f64>() / n);
+    let (mut above, mut below) = (0.0, 0.0);
+    for (x, y) in logs {
+        above += (x - mx) * (y - my);
+        below += (x - mx) * (x - mx);
+    }
+    above / below
+}
+
+/// A curve of errors over resolutions, both axes logarithmic, with the line of the wanted order through the finest point.
+pub fn order_curve(title: &str, x_label: &str, y_label: &str, points: &[[f64; 2]], order: f64) -> Curve {
+    let mut series = vec![("measured".to_owned(), points.to_vec())];
+    if let Some(&[size, error]) = points.iter().min_by(|a, b| a[0].total_cmp(&b[0])) {
+        let line = points.iter().map(|[s, _]| [*s, error * (s / size).powf(order)]).collect();
+        series.push((format!("order {order}"), line));
+    }
+    Curve {
+        title: title.to_owned(),
+        x_label: x_label.to_owned(),
+        y_label: y_label.to_owned(),
+        log_x: true,
+        log_y: true,
+        series,
+    }
 }

@@ -19,7 +19,7 @@ pub const CASE: Case = Case {
         Param::number("dt", 1e-3, "s", "largest step"),
         Param::count("newton", 4, "most Newton iterations of the shear solve"),
         Param::number("newton_tolerance", 0.05, "1", "relative residual at which Newton stops"),
-        Param::text("operator", "quadrature", "shear operator: quadrature or particles"),
+        Param::text("operator", "automatic", "shear operator: automatic, quadrature or particles"),
         Param::text("tangent", "symmetric", "tangent: symmetric, definite or secant"),
         Param::number("tolerance", 1e-6, "1", "relative tolerance of the shear solve"),
         Param::text(
@@ -84,9 +84,10 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
     settings.shear.newton_tolerance = p.positive("newton_tolerance")?;
     settings.shear.pcg.tolerance = p.positive("tolerance")?;
     settings.shear.operator = match p.text("operator")? {
+        "automatic" => ShearOperator::Automatic,
         "quadrature" => ShearOperator::CellQuadrature,
         "particles" => ShearOperator::Particles,
-        _ => return Err(p.reject("operator", "quadrature or particles")),
+        _ => return Err(p.reject("operator", "automatic, quadrature or particles")),
     };
     settings.shear.tangent = match p.text("tangent")? {
         "symmetric" => Tangent::Symmetric,

@@ -14,6 +14,7 @@ mod setup;
 mod shear_operator;
 mod slump;
 mod thin_spread;
+mod work_precision;
 
 use crate::case::Case;
 
@@ -33,5 +34,7 @@ pub fn cases() -> Vec<Case> {
         shear_operator::CASE,
         slump::CASE,
         thin_spread::CASE,
+        work_precision::CASE,
+        work_precision::VOLUME_DRIFT,
     ]
 }

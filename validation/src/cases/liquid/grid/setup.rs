@@ -126,3 +126,16 @@ impl<'a, const D: usize, S: Solid<D>> Run<'a, D, S> {
         mpm::step_limit(&self.particles, self.stepper.grid.lattice().dx, 0.0, &self.settings.step).step().min(most)
     }
 }
+
+/// Processor time of the calling thread [s], which other programs do not lengthen; wall clock where the system does not say.
+pub fn processor_seconds() -> f64 {
+    static START: std::sync::LazyLock<std::time::Instant> = std::sync::LazyLock::new(std::time::Instant::now);
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let spent: Option<f64> = text.split(' ').next().and_then(|word| word.parse().ok());
+    spent.map_or_else(|| START.elapsed().as_secs_f64(), |nanoseconds| 1e-9 * nanoseconds)
+}
+
+/// Runs a case on one thread of its own, so that its processor time is known.
+pub fn alone<R: Send>(work: impl FnOnce() -> Result<R, CaseError> + Send) -> Result<R, CaseError> {
+    rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(CaseError::failed)?.install(work)
+}

@@ -1,4 +1,4 @@
-//! Volume ratios that no pressure watches.
+//! Stage 8, second half: volume ratios that no pressure watches.
 //!
 //! The pressure solve sees the average volume ratio of a cell. Two things escape it, and left to themselves both grow until
 //! they are set free as energy:
@@ -9,9 +9,12 @@
 //! * *Differences within a cell* bear no pressure. They even out, by half each step; the volume of the cell stays, and its elastic
 //!   energy, convex in the ratio, can only fall.
 
-use particle_grid::NONE;
-
-use super::{Flow, FlowState};
+use crate::grid::LiquidGrid;
+use crate::material::LiquidMaterial;
+use crate::particles::Particles;
+use crate::settings::LiquidSettings;
+use particle_grid::cells_per_block;
+use rayon::prelude::*;
 
 /// Part of its distance from the average of its cell that a volume ratio gives up in a step.
 ///
@@ -19,54 +22,53 @@ use super::{Flow, FlowState};
 /// 0.966; the height of the rebound is the same within a hundredth of the block.
 const EVENING: f64 = 0.5;
 
-impl<const D: usize> Flow<D> {
-    /// Gives particles that lie in no liquid cell the volume of no pressure and evens out volume ratios within cells; returns how many
-    /// particles were released.
-    ///
-    /// Particles must still be where they were when the grid was made.
-    pub fn settle_volume(&self, state: &mut FlowState<D>) -> usize {
-        let acts = self.settings.pressure.enabled
-            && self.settings.compressibility
-            && self.materials.iter().any(|material| !material.rigid_volume);
-        if !acts {
-            return 0;
-        }
-        let grid = &self.grid;
-        let lattice = grid.lattice();
-        let particles = &mut state.particles;
-        let (n, mut released, mut start) = (particles.len(), 0, 0);
-        let cell_of = |p: usize| -> [i32; D] {
-            let cells = lattice.to_cells(&particles.position[p]);
-            std::array::from_fn(|a| cells[a].floor() as i32)
-        };
-        let ratio = &mut particles.volume_ratio;
-        // particles are sorted by cell: those of one follow each other
-        while start < n {
-            let cell = cell_of(start);
-            let mut end = start + 1;
-            while end < n && cell_of(end) == cell {
-                end += 1;
-            }
-            let node = grid.blocks.node(&cell);
-            if node == NONE || grid.cell.liquid_distance[node as usize] >= 0.0 {
-                let free = |m: u16| !self.materials[m as usize].rigid_volume;
-                for (j, _) in
-                    ratio[start..end].iter_mut().zip(&particles.material[start..end]).filter(|(_, m)| free(**m))
-                {
-                    released += usize::from(*j != 1.0);
-                    *j = 1.0;
+/// Gives particles that lie in no liquid cell the volume of no pressure and evens out volume ratios within cells; returns how many
+/// particles were released.
+///
+/// Particles must still be where they were when the grid was made. Does nothing where no volume ratio can change or no pressure
+/// acts.
+pub fn settle_volume<const D: usize>(
+    particles: &mut Particles<D>,
+    materials: &[LiquidMaterial],
+    grid: &LiquidGrid<D>,
+    settings: &LiquidSettings,
+) -> usize {
+    let acts = settings.pressure.enabled
+        && settings.compressibility
+        && materials.iter().any(|material| !material.rigid_volume);
+    if !acts || particles.is_empty() {
+        return 0;
+    }
+    let per = cells_per_block::<D>();
+    let rigid = |m: u16| materials[m as usize].rigid_volume;
+    let (material, rest_volume) = (&particles.material, &particles.rest_volume);
+    let ratios = grid.order.split(&mut particles.volume_ratio);
+    ratios
+        .into_par_iter()
+        .enumerate()
+        .map(|(rank, ratios)| {
+            let block = grid.blocks.occupied()[rank] as usize;
+            let start = grid.order.block_range(rank).start;
+            let mut released = 0;
+            for cell in 0..per {
+                let range = grid.order.cell_range(rank, cell);
+                if range.is_empty() {
+                    continue;
+                }
+                let ratio = &mut ratios[range.start - start..range.end - start];
+                let material = &material[range.clone()];
+                if grid.cell.liquid_distance[block * per + cell] >= 0.0 {
+                    for (j, _) in ratio.iter_mut().zip(material).filter(|(_, m)| !rigid(**m)) {
+                        released += usize::from(*j != 1.0);
+                        *j = 1.0;
+                    }
+                } else {
+                    even_out(material, &rest_volume[range], ratio, rigid);
                 }
             }
-            even_out(
-                &particles.material[start..end],
-                &particles.rest_volume[start..end],
-                &mut ratio[start..end],
-                |m| self.materials[m as usize].rigid_volume,
-            );
-            start = end;
-        }
-        released
-    }
+            released
+        })
+        .sum()
 }
 
 /// Moves the ratios of each material towards their average by rest volume.

@@ -4,7 +4,19 @@ use rayon::prelude::*;
 
 /// Cases that miss their target today, with the figure reached. They must fail: one that passes leaves this list.
 const OPEN: &[(&str, &str)] = &[
-    ("hard/curl-release", "one accepted step has a residual 10 times its tolerance"),
+    (
+        "hard/dense-bundle",
+        "water flies off a bundle at the packing limit: the rate of the volume fraction is explicit in the liquid's velocity; \
+         without it (disable VolumeFraction) the slip only falls",
+    ),
+    (
+        "coupled/yield-stick",
+        "a wire at 0.7 of its threshold passes the liquid at 0.5 % of the speed of the one that sinks (its ends at 2 %), 1e-6 wanted",
+    ),
+    (
+        "coupled/porous-hydrostatic",
+        "water among frozen strands moves at 2e-3 m/s, 2.2e-4 wanted; its pressure is right to 0.5 %",
+    ),
 ];
 
 /// Runs all cases of a group, and tells every failure at once.

@@ -22,13 +22,6 @@ const HEAVIEST: f64 = 1e12;
 /// A vertex that drag moves more easily than this many times its own mass would: rounding, or a strand about to turn.
 const LIGHTEST: f64 = 0.25;
 
-/// The coefficient of a vertex depends on how strand and liquid answer to the impulses of all: found from the impulses of the last
-/// pass, at most so often.
-const SELF_CONSISTENT: usize = 4;
-
-/// Change of the impulses at which passes end, relative to the largest.
-const SELF_CONSISTENT_TOLERANCE: f64 = 1e-4;
-
 /// Finds the vertices in the liquid and what they see of it; the pressure of the last step and the momentum of captured
 /// liquid go to the loads of the rods.
 pub fn meet(world: &mut World, step: Step) -> Result<(), Rejection> {
@@ -151,42 +144,29 @@ pub fn drag(world: &mut World, step: Step) -> Result<(), Rejection> {
 /// Impulses of drag from the rods as they are solved without it and the liquid as it would be without it
 /// (`fluid_velocity`). Nothing acts on the liquid yet.
 pub(super) fn exchange(both: &mut Both<'_>, dt: f64) -> Result<(), Rejection> {
-    let mut answers = first_answers(both, dt);
-    for _ in 0..SELF_CONSISTENT {
-        find_coefficients(both, dt, &answers);
-        // the rods with the coefficients: implicit, elasticity and clamps and all
-        both.submersion.coefficient_in_loads = true;
-        both.strands.report = {
-            let loads = both.submersion.add_to(both.film.loads(both.gravity));
-            solve(both.strands, both.rods, dt, &loads)?
-        };
-        let Both { rods, strands, submersion, .. } = &mut *both;
-        if submersion.drag_in_faces {
-            return Ok(());
-        }
-        submersion.coefficient_in_loads = false;
-        strands.stepper.velocities_into(rods, &mut submersion.vectors);
-        let (mut change, mut most) = (0.0f64, 0.0f64);
-        for (k, v) in submersion.wet.iter().enumerate() {
-            let relative = submersion.pulls_to[*v] - submersion.vectors[*v];
-            let impulse = relative * (dt * submersion.coefficient[*v]);
-            change = change.max((impulse - answers.impulse[k]).norm());
-            most = most.max(impulse.norm());
-            submersion.drag_impulse[*v] = impulse;
-            answers.impulse[k] = impulse;
-            answers.yields[k] = submersion.vectors[*v] - answers.free[k];
-        }
-        if change <= SELF_CONSISTENT_TOLERANCE * most {
-            break;
-        }
+    let answers = first_answers(both, dt);
+    find_coefficients(both, dt, &answers);
+    // the rods with the coefficients: implicit, elasticity and clamps and all
+    both.submersion.coefficient_in_loads = true;
+    both.strands.report = {
+        let loads = both.submersion.add_to(both.film.loads(both.gravity));
+        solve(both.strands, both.rods, dt, &loads)?
+    };
+    let Both { rods, strands, submersion, .. } = both;
+    if submersion.drag_in_faces {
+        return Ok(());
+    }
+    submersion.coefficient_in_loads = false;
+    strands.stepper.velocities_into(rods, &mut submersion.vectors);
+    for v in &submersion.wet {
+        let relative = submersion.pulls_to[*v] - submersion.vectors[*v];
+        submersion.drag_impulse[*v] = relative * (dt * submersion.coefficient[*v]);
     }
     Ok(())
 }
 
 /// Impulses on the vertices in the liquid and how the strands answer to them.
 struct Answers {
-    /// Velocities of the vertices without drag [m/s].
-    free: Vec<Vector3<f64>>,
     /// Impulses [N s].
     impulse: Vec<Vector3<f64>>,
     /// Change of the velocities by them [m/s].
@@ -247,8 +227,7 @@ fn first_answers(both: &mut Both<'_>, dt: f64) -> Answers {
         k = end;
     }
 
-    let free = submersion.wet.iter().map(|v| submersion.vectors[*v]).collect();
-    Answers { free, impulse: trial, yields, law: bodies }
+    Answers { impulse: trial, yields, law: bodies }
 }
 
 /// Drag coefficients of the vertices in the liquid, from how strands and liquid answer to impulses.

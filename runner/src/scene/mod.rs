@@ -166,6 +166,7 @@ impl Scene {
     #[must_use]
     pub fn to_ron(&self, units: Units) -> String {
         let mut scene = self.clone();
+        scene.include.clear(); // what they hold is in the scene already
         scene.units = match units {
             Units::Si => UnitSystem::Si,
             Units::Cgs => UnitSystem::Cgs,

@@ -93,7 +93,7 @@ section! {
         /// Residual at which Newton stops, relative to the scale of the problem.
         tolerance: f64 = [1e-8] (Number, at_least(1e-12).up_to(1e-3)) "Smaller costs an iteration or two more.";
         /// Newton iterations after which the step is rejected.
-        max_iterations: usize = [40] (Number, at_least(1.0).up_to(10_000.0)) "";
+        max_iterations: usize = [100] (Number, at_least(1.0).up_to(10_000.0)) "Four are usual; snaps and releases take dozens.";
         /// Matrix.
         hessian: RodHessian = [RodHessian::Auto] () "";
     }

@@ -158,13 +158,7 @@ fn solve_from(
     }
     let shifted = problem.shifted_velocity();
     // scaled to order one, contact by contact: the cones do not change
-    let mean = problem.delassus.mean_diagonal();
-    let d: Vec<f64> = (0..n)
-        .map(|k| {
-            let own = trace(problem.delassus.diagonal(k)) / 3.0;
-            1.0 / (if own > 1e-12 * mean { own } else { mean.max(f64::MIN_POSITIVE) }).sqrt()
-        })
-        .collect();
+    let d = unit_scaling(problem);
     let total: f64 = (0..n).map(|k| d[k] * d[k] * norm_squared(&shifted[k])).sum();
     let size = if total > 0.0 { (total / n as f64).sqrt() } else { 1.0 };
     let triplets: Vec<_> =
@@ -229,4 +223,15 @@ pub fn convex_model(problem: &ContactProblem, settings: &OracleSettings) -> Resu
         answer.status = numerics::Status::Converged;
     }
     Ok(answer)
+}
+
+/// Factors that bring every contact to order one, `1/√(tr W_kk / 3)`; that of the mean where a block is next to nothing.
+pub(super) fn unit_scaling(problem: &ContactProblem) -> Vec<f64> {
+    let mean = problem.delassus.mean_diagonal();
+    (0..problem.len())
+        .map(|k| {
+            let own = trace(problem.delassus.diagonal(k)) / 3.0;
+            1.0 / (if own > 1e-12 * mean { own } else { mean.max(f64::MIN_POSITIVE) }).sqrt()
+        })
+        .collect()
 }

@@ -104,13 +104,7 @@ pub(super) fn polish(w: &BlockMatrix, q: &[Vec3], friction: &[f64], r: &mut [Vec
 #[must_use]
 pub fn refine(problem: &ContactProblem, impulses: &[Vec3]) -> (Vec<Vec3>, f64) {
     let n = problem.len();
-    let mean = problem.delassus.mean_diagonal();
-    let d: Vec<f64> = (0..n)
-        .map(|k| {
-            let own = trace(problem.delassus.diagonal(k)) / 3.0;
-            1.0 / (if own > 1e-12 * mean { own } else { mean.max(f64::MIN_POSITIVE) }).sqrt()
-        })
-        .collect();
+    let d = super::dual::unit_scaling(problem);
     let triplets: Vec<_> =
         problem.delassus.iter().map(|(i, j, b)| (i as u32, j as u32, b.map(|v| v * d[i] * d[j]))).collect();
     let w = BlockMatrix::from_triplets(n, &triplets);

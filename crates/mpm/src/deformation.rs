@@ -42,6 +42,16 @@ pub fn deformation<const D: usize>(
     dt: f64,
     compressible: bool,
 ) -> Result<DeformationReport, LiquidError> {
+    compiled::deformation(particles, materials, previous, dt, compressible)
+}
+
+fn deformation_any<const D: usize>(
+    particles: &mut Particles<D>,
+    materials: &[LiquidMaterial],
+    previous: &mut PreviousStrain<D>,
+    dt: f64,
+    compressible: bool,
+) -> Result<DeformationReport, LiquidError> {
     previous.strain.clear();
     if particles.carried.strain && materials.iter().any(|m| m.law.settings.flow_map == FlowMap::Forced) {
         previous.strain.extend_from_slice(&particles.elastic_strain);
@@ -205,5 +215,11 @@ pub(crate) fn chunks<T>(array: &mut [T], size: usize, n: usize) -> Vec<&mut [T]>
         (0..n.div_ceil(size)).map(|_| Default::default()).collect()
     } else {
         array.chunks_mut(size).collect()
+    }
+}
+
+numerics::compile_here! {
+    mod compiled {
+        fn deformation(particles: &mut Particles<D>, materials: &[LiquidMaterial], previous: &mut PreviousStrain<D>, dt: f64, compressible: bool) -> Result<DeformationReport, LiquidError> = deformation_any;
     }
 }

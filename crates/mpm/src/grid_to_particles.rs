@@ -14,6 +14,14 @@ pub fn grid_to_particles<const D: usize>(
     grid: &LiquidGrid<D>,
     damping: &TransferDamping,
 ) {
+    compiled::grid_to_particles(particles, grid, damping)
+}
+
+fn grid_to_particles_any<const D: usize>(
+    particles: &mut Particles<D>,
+    grid: &LiquidGrid<D>,
+    damping: &TransferDamping,
+) {
     gather(
         &grid.blocks,
         &grid.order,
@@ -30,5 +38,11 @@ pub fn grid_to_particles<const D: usize>(
         );
         particles.affine.par_iter_mut().with_min_len(4096).for_each(|c| *c = *c * own + c.transpose() * turned);
         particles.velocity.par_iter_mut().with_min_len(4096).for_each(|v| *v *= 1.0 - damping.velocity);
+    }
+}
+
+numerics::compile_here! {
+    mod compiled {
+        fn grid_to_particles(particles: &mut Particles<D>, grid: &LiquidGrid<D>, damping: &TransferDamping)  = grid_to_particles_any;
     }
 }

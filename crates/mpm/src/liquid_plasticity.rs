@@ -32,6 +32,15 @@ pub fn liquid_plasticity<const D: usize>(
     previous: &PreviousStrain<D>,
     dt: f64,
 ) -> Result<PlasticityReport, LiquidError> {
+    compiled::liquid_plasticity(particles, materials, previous, dt)
+}
+
+fn liquid_plasticity_any<const D: usize>(
+    particles: &mut Particles<D>,
+    materials: &[LiquidMaterial],
+    previous: &PreviousStrain<D>,
+    dt: f64,
+) -> Result<PlasticityReport, LiquidError> {
     if !particles.carried.strain {
         return Ok(PlasticityReport::default());
     }
@@ -138,5 +147,11 @@ impl<const D: usize> LaneKernel for Task<'_, D> {
         }
         (k..n).try_for_each(|k| self.alone(k))?;
         Ok(self.report)
+    }
+}
+
+numerics::compile_here! {
+    mod compiled {
+        fn liquid_plasticity(particles: &mut Particles<D>, materials: &[LiquidMaterial], previous: &PreviousStrain<D>, dt: f64) -> Result<PlasticityReport, LiquidError> = liquid_plasticity_any;
     }
 }

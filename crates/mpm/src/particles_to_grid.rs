@@ -34,6 +34,15 @@ pub fn activate<const D: usize>(
     extra: &[Vector<D>],
     grid: &mut LiquidGrid<D>,
 ) -> Result<(), LiquidError> {
+    compiled::activate(particles, materials, extra, grid)
+}
+
+fn activate_any<const D: usize>(
+    particles: &mut Particles<D>,
+    materials: &[LiquidMaterial],
+    extra: &[Vector<D>],
+    grid: &mut LiquidGrid<D>,
+) -> Result<(), LiquidError> {
     check_materials(&particles.material, &particles.id, materials.len())?;
     let lattice = *grid.lattice();
     particles.sort(&lattice, &mut grid.order, &mut grid.sort)?;
@@ -47,6 +56,15 @@ pub fn activate<const D: usize>(
 ///
 /// `shear`: stresses of this step, if any liquid resists shear.
 pub fn particles_to_grid<const D: usize>(
+    particles: &Particles<D>,
+    materials: &[LiquidMaterial],
+    shear: Option<&ShearState<D>>,
+    grid: &mut LiquidGrid<D>,
+) -> TransferReport {
+    compiled::particles_to_grid(particles, materials, shear, grid)
+}
+
+fn particles_to_grid_any<const D: usize>(
     particles: &Particles<D>,
     materials: &[LiquidMaterial],
     shear: Option<&ShearState<D>>,
@@ -130,4 +148,11 @@ pub fn particles_to_grid<const D: usize>(
 #[must_use]
 pub fn mass_defect<const D: usize>(totals: &Totals<D>, report: &TransferReport) -> f64 {
     if totals.mass > 0.0 { (report.mass / totals.mass - 1.0).abs() } else { 0.0 }
+}
+
+numerics::compile_here! {
+    mod compiled {
+        fn activate(particles: &mut Particles<D>, materials: &[LiquidMaterial], extra: &[Vector<D>], grid: &mut LiquidGrid<D>) -> Result<(), LiquidError> = activate_any;
+        fn particles_to_grid(particles: &Particles<D>, materials: &[LiquidMaterial], shear: Option<&ShearState<D>>, grid: &mut LiquidGrid<D>) -> TransferReport = particles_to_grid_any;
+    }
 }

@@ -76,6 +76,10 @@ impl<const D: usize> Default for First<D> {
 impl<const D: usize> PressureSolver<D> {
     /// Finds the liquid cells and assembles the operator. The face masses, open shares and distances must be up to date.
     pub fn build(&mut self, grid: &LiquidGrid<D>, dt: f64, settings: &PressureSettings) {
+        compiled::build(self, grid, dt, settings)
+    }
+
+    fn build_any(&mut self, grid: &LiquidGrid<D>, dt: f64, settings: &PressureSettings) {
         let n = grid.blocks.node_count();
         let dx = grid.lattice().dx;
         self.unknown.clear();
@@ -160,6 +164,17 @@ impl<const D: usize> PressureSolver<D> {
         dt: f64,
         settings: &PressureSettings,
     ) -> Result<PressureReport, LiquidError> {
+        compiled::predict(self, grid, body, fraction_rate, dt, settings)
+    }
+
+    fn predict_any(
+        &mut self,
+        grid: &mut LiquidGrid<D>,
+        body: &Vector<D>,
+        fraction_rate: Option<&[f64]>,
+        dt: f64,
+        settings: &PressureSettings,
+    ) -> Result<PressureReport, LiquidError> {
         let floor = grid.mass_floor;
         for (a, face) in grid.face.iter_mut().enumerate() {
             for (u, m) in face.velocity.iter_mut().zip(&face.mass) {
@@ -182,6 +197,16 @@ impl<const D: usize> PressureSolver<D> {
     /// # Errors
     /// Where numbers are not finite.
     pub fn correct(
+        &mut self,
+        grid: &mut LiquidGrid<D>,
+        fraction_rate: Option<&[f64]>,
+        dt: f64,
+        settings: &PressureSettings,
+    ) -> Result<PressureReport, LiquidError> {
+        compiled::correct(self, grid, fraction_rate, dt, settings)
+    }
+
+    fn correct_any(
         &mut self,
         grid: &mut LiquidGrid<D>,
         fraction_rate: Option<&[f64]>,
@@ -241,6 +266,16 @@ impl<const D: usize> PressureSolver<D> {
     /// # Errors
     /// Where numbers are not finite.
     pub fn solve(
+        &mut self,
+        grid: &mut LiquidGrid<D>,
+        fraction_rate: Option<&[f64]>,
+        dt: f64,
+        settings: &PressureSettings,
+    ) -> Result<PressureReport, LiquidError> {
+        compiled::solve(self, grid, fraction_rate, dt, settings)
+    }
+
+    fn solve_any(
         &mut self,
         grid: &mut LiquidGrid<D>,
         fraction_rate: Option<&[f64]>,
@@ -393,6 +428,10 @@ impl<const D: usize> PressureSolver<D> {
     /// - `fraction_rate`: as for [`PressureSolver::solve`]
     #[must_use]
     pub fn mixture_divergence(&self, grid: &LiquidGrid<D>, fraction_rate: Option<&[f64]>) -> f64 {
+        compiled::mixture_divergence(self, grid, fraction_rate)
+    }
+
+    fn mixture_divergence_any(&self, grid: &LiquidGrid<D>, fraction_rate: Option<&[f64]>) -> f64 {
         let one = |&cell: &u32| {
             let cell = cell as usize;
             let open = |(a, side)| across(grid, cell, a, side).0.map_or(0.0, |f| grid.face[a].open[f]);
@@ -444,4 +483,14 @@ pub fn correct_velocities<const D: usize>(grid: &mut LiquidGrid<D>, dt: f64) {
         }
     }
     crate::shear_solve::follow_walls(grid);
+}
+
+numerics::compile_here! {
+    mod compiled {
+        fn build(this: &mut PressureSolver<D>, grid: &LiquidGrid<D>, dt: f64, settings: &PressureSettings)  = PressureSolver::build_any;
+        fn predict(this: &mut PressureSolver<D>, grid: &mut LiquidGrid<D>, body: &Vector<D>, fraction_rate: Option<&[f64]>, dt: f64, settings: &PressureSettings) -> Result<PressureReport, LiquidError> = PressureSolver::predict_any;
+        fn correct(this: &mut PressureSolver<D>, grid: &mut LiquidGrid<D>, fraction_rate: Option<&[f64]>, dt: f64, settings: &PressureSettings) -> Result<PressureReport, LiquidError> = PressureSolver::correct_any;
+        fn solve(this: &mut PressureSolver<D>, grid: &mut LiquidGrid<D>, fraction_rate: Option<&[f64]>, dt: f64, settings: &PressureSettings) -> Result<PressureReport, LiquidError> = PressureSolver::solve_any;
+        fn mixture_divergence(this: &PressureSolver<D>, grid: &LiquidGrid<D>, fraction_rate: Option<&[f64]>) -> f64 = PressureSolver::mixture_divergence_any;
+    }
 }

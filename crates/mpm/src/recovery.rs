@@ -18,6 +18,14 @@ pub fn recovery<const D: usize>(
     materials: &[LiquidMaterial],
     dt: f64,
 ) -> Result<(), LiquidError> {
+    compiled::recovery(particles, materials, dt)
+}
+
+fn recovery_any<const D: usize>(
+    particles: &mut Particles<D>,
+    materials: &[LiquidMaterial],
+    dt: f64,
+) -> Result<(), LiquidError> {
     if !particles.carried.history {
         return Ok(());
     }
@@ -99,5 +107,11 @@ impl<const D: usize> LaneKernel for Task<'_, D> {
             k += 4;
         }
         (k..n).try_for_each(|k| self.alone(k))
+    }
+}
+
+numerics::compile_here! {
+    mod compiled {
+        fn recovery(particles: &mut Particles<D>, materials: &[LiquidMaterial], dt: f64) -> Result<(), LiquidError> = recovery_any;
     }
 }

@@ -239,6 +239,16 @@ impl<const D: usize> ShearSolver<D> {
         dt: f64,
         settings: &ShearSettings,
     ) -> Result<bool, LiquidError> {
+        compiled::prepare(self, particles, materials, dt, settings)
+    }
+
+    fn prepare_any(
+        &mut self,
+        particles: &Particles<D>,
+        materials: &[LiquidMaterial],
+        dt: f64,
+        settings: &ShearSettings,
+    ) -> Result<bool, LiquidError> {
         self.resists = settings.enabled && materials.iter().any(LiquidMaterial::resists_shear);
         if self.resists {
             self.state.build(particles, materials, &particles.affine, dt, settings.tangent)?;
@@ -248,6 +258,17 @@ impl<const D: usize> ShearSolver<D> {
 
     /// Remembers the velocities of the faces, after the walls were imposed, as the start of the step, and builds the system.
     pub fn begin(
+        &mut self,
+        particles: &Particles<D>,
+        grid: &LiquidGrid<D>,
+        coupling: &FaceCoupling<'_, D>,
+        dt: f64,
+        settings: &ShearSettings,
+    ) {
+        compiled::begin(self, particles, grid, coupling, dt, settings)
+    }
+
+    fn begin_any(
         &mut self,
         particles: &Particles<D>,
         grid: &LiquidGrid<D>,
@@ -438,6 +459,21 @@ impl<const D: usize> ShearSolver<D> {
         with_pressure: bool,
         settings: &ShearSettings,
     ) -> Result<ShearReport, LiquidError> {
+        compiled::solve(self, particles, materials, grid, coupling, body, dt, with_pressure, settings)
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "one argument per physical ingredient of the momentum balance")]
+    fn solve_any(
+        &mut self,
+        particles: &Particles<D>,
+        materials: &[LiquidMaterial],
+        grid: &mut LiquidGrid<D>,
+        coupling: &FaceCoupling<'_, D>,
+        body: &Vector<D>,
+        dt: f64,
+        with_pressure: bool,
+        settings: &ShearSettings,
+    ) -> Result<ShearReport, LiquidError> {
         let mut report = ShearReport {
             solve: SolveReport { tolerance: settings.pcg.tolerance, ..SolveReport::TRIVIAL },
             newton_iterations: 0,
@@ -554,6 +590,21 @@ impl<const D: usize> ShearSolver<D> {
     /// Those of the two solves.
     #[expect(clippy::too_many_arguments, reason = "one argument per physical ingredient of the momentum balance")]
     pub fn settle(
+        &mut self,
+        pressure: &mut PressureSolver<D>,
+        particles: &Particles<D>,
+        materials: &[LiquidMaterial],
+        grid: &mut LiquidGrid<D>,
+        body: &Vector<D>,
+        fraction_rate: Option<&[f64]>,
+        dt: f64,
+        settings: &LiquidSettings,
+    ) -> Result<Option<(ShearReport, PressureReport, usize)>, LiquidError> {
+        compiled::settle(self, pressure, particles, materials, grid, body, fraction_rate, dt, settings)
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "one argument per physical ingredient of the momentum balance")]
+    fn settle_any(
         &mut self,
         pressure: &mut PressureSolver<D>,
         particles: &Particles<D>,
@@ -813,5 +864,14 @@ pub fn follow_walls<const D: usize>(grid: &mut LiquidGrid<D>) {
         let face = &mut grid.face[t.axis as usize];
         let followed = if t.source == NONE { 0.0 } else { t.ratio * face.velocity[t.source as usize] };
         face.velocity[t.face as usize] = followed + t.offset;
+    }
+}
+
+numerics::compile_here! {
+    mod compiled {
+        fn prepare(this: &mut ShearSolver<D>, particles: &Particles<D>, materials: &[LiquidMaterial], dt: f64, settings: &ShearSettings) -> Result<bool, LiquidError> = ShearSolver::prepare_any;
+        fn begin(this: &mut ShearSolver<D>, particles: &Particles<D>, grid: &LiquidGrid<D>, coupling: &FaceCoupling<'_, D>, dt: f64, settings: &ShearSettings)  = ShearSolver::begin_any;
+        fn solve(this: &mut ShearSolver<D>, particles: &Particles<D>, materials: &[LiquidMaterial], grid: &mut LiquidGrid<D>, coupling: &FaceCoupling<'_, D>, body: &Vector<D>, dt: f64, with_pressure: bool, settings: &ShearSettings) -> Result<ShearReport, LiquidError> = ShearSolver::solve_any;
+        fn settle(this: &mut ShearSolver<D>, pressure: &mut PressureSolver<D>, particles: &Particles<D>, materials: &[LiquidMaterial], grid: &mut LiquidGrid<D>, body: &Vector<D>, fraction_rate: Option<&[f64]>, dt: f64, settings: &LiquidSettings) -> Result<Option<(ShearReport, PressureReport, usize)>, LiquidError> = ShearSolver::settle_any;
     }
 }

@@ -17,6 +17,13 @@ pub fn tearing<const D: usize>(
     particles: &mut Particles<D>,
     materials: &[LiquidMaterial],
 ) -> Result<usize, LiquidError> {
+    compiled::tearing(particles, materials)
+}
+
+fn tearing_any<const D: usize>(
+    particles: &mut Particles<D>,
+    materials: &[LiquidMaterial],
+) -> Result<usize, LiquidError> {
     if !particles.carried.history {
         return Ok(0);
     }
@@ -106,5 +113,11 @@ impl<const D: usize> LaneKernel for Task<'_, D> {
         }
         (k..n).try_for_each(|k| self.alone(k))?;
         Ok(self.torn)
+    }
+}
+
+numerics::compile_here! {
+    mod compiled {
+        fn tearing(particles: &mut Particles<D>, materials: &[LiquidMaterial]) -> Result<usize, LiquidError> = tearing_any;
     }
 }

@@ -33,6 +33,15 @@ pub fn settle_volume<const D: usize>(
     grid: &LiquidGrid<D>,
     settings: &LiquidSettings,
 ) -> usize {
+    compiled::settle_volume(particles, materials, grid, settings)
+}
+
+fn settle_volume_any<const D: usize>(
+    particles: &mut Particles<D>,
+    materials: &[LiquidMaterial],
+    grid: &LiquidGrid<D>,
+    settings: &LiquidSettings,
+) -> usize {
     let acts = settings.pressure.enabled
         && settings.compressibility
         && materials.iter().any(|material| !material.rigid_volume);
@@ -90,6 +99,12 @@ fn even_out(material: &[u16], rest_volume: &[f64], ratio: &mut [f64], rigid: imp
             ratio[i] += EVENING * (average - ratio[i]);
         }
         done |= 1 << m;
+    }
+}
+
+numerics::compile_here! {
+    mod compiled {
+        fn settle_volume(particles: &mut Particles<D>, materials: &[LiquidMaterial], grid: &LiquidGrid<D>, settings: &LiquidSettings) -> usize = settle_volume_any;
     }
 }
 

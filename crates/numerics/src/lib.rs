@@ -10,6 +10,7 @@
 //! reduce     ── sums in an order that no thread count changes
 //! banded     ── banded LDLᵀ with the half-bandwidth known at compile time, batched over strands
 //! multigrid  ── conjugate gradients with geometric multigrid for a scalar on sparse grid cells
+//! dimension  ── generic kernels compiled once, in their own crate, for two and three dimensions
 //! pcg        ── preconditioned conjugate gradients with breakdown detection
 //! ```
 //!
@@ -17,6 +18,7 @@
 
 pub mod banded;
 pub mod bspline;
+pub mod dimension;
 pub mod eigen;
 pub mod lane_math;
 pub mod lanes;

@@ -61,6 +61,10 @@ impl<const D: usize> YarnSystem<D> {
     /// # Errors
     /// The first setting that is wrong, or the first vertex that starts outside the domain.
     pub fn build(settings: &YarnSettings, base: &Path) -> Result<Self, YarnError> {
+        compiled::build(settings, base)
+    }
+
+    fn build_any(settings: &YarnSettings, base: &Path) -> Result<Self, YarnError> {
         if settings.dimension != D {
             return Err(YarnError::setting(
                 "dimension",
@@ -130,6 +134,10 @@ impl<const D: usize> YarnSystem<D> {
     /// # Errors
     /// Where the arrays do not fit the scene or hold numbers that are not finite.
     pub fn set_state(&mut self, state: YarnState<D>) -> Result<(), YarnError> {
+        compiled::set_state(self, state)
+    }
+
+    fn set_state_any(&mut self, state: YarnState<D>) -> Result<(), YarnError> {
         let n = self.model.len();
         let fits = [
             state.position.len(),
@@ -163,6 +171,10 @@ impl<const D: usize> YarnSystem<D> {
     /// All limits of the present step.
     #[must_use]
     pub fn step_limits(&self) -> Vec<StepLimit> {
+        compiled::step_limits(self)
+    }
+
+    fn step_limits_any(&self) -> Vec<StepLimit> {
         step_limits(&self.settings, *self.rates(), &self.boundary, &self.state)
     }
 
@@ -206,6 +218,10 @@ impl<const D: usize> YarnSystem<D> {
     /// A step too large, a vertex that left the domain, a number that stopped being finite, a solve that did not converge.
     /// The state is then undefined (keep a clone to go back to), except after [`YarnError::StepTooLarge`] of an undivided step.
     pub fn advance(&mut self, dt: f64) -> Result<StepReport<D>, YarnError> {
+        compiled::advance(self, dt)
+    }
+
+    fn advance_any(&mut self, dt: f64) -> Result<StepReport<D>, YarnError> {
         if self.is_small() { alone(|| self.advance_here(dt)) } else { self.advance_here(dt) }
     }
 
@@ -309,12 +325,20 @@ impl<const D: usize> YarnSystem<D> {
     /// Energies [J].
     #[must_use]
     pub fn energy(&self) -> Energy {
+        compiled::energy(self)
+    }
+
+    fn energy_any(&self) -> Energy {
         diagnostics::energy(&self.model, &self.state, &self.gravity)
     }
 
     /// Linear and angular momentum.
     #[must_use]
     pub fn momentum(&self) -> Momentum<D> {
+        compiled::momentum(self)
+    }
+
+    fn momentum_any(&self) -> Momentum<D> {
         diagnostics::momentum(&self.model, &self.state)
     }
 
@@ -331,11 +355,27 @@ impl<const D: usize> YarnSystem<D> {
     /// Positions, velocities, tension, pressure and slip as plain arrays.
     #[must_use]
     pub fn frame_data(&self) -> YarnFrameData {
+        compiled::frame_data(self)
+    }
+
+    fn frame_data_any(&self) -> YarnFrameData {
         diagnostics::frame_data(&self.model, &self.state)
     }
 
     /// Obstacles as built, in scene order, for pictures.
     pub fn obstacles(&self) -> impl Iterator<Item = &geometry::MovingSolid> {
         self.boundary.obstacles.iter().map(|o| o.solid())
+    }
+}
+
+numerics::compile_here! {
+    mod compiled {
+        fn build(settings: &YarnSettings, base: &Path) -> Result<YarnSystem<D>, YarnError> = YarnSystem::build_any;
+        fn set_state(this: &mut YarnSystem<D>, state: YarnState<D>) -> Result<(), YarnError> = YarnSystem::set_state_any;
+        fn step_limits(this: &YarnSystem<D>) -> Vec<StepLimit> = YarnSystem::step_limits_any;
+        fn advance(this: &mut YarnSystem<D>, dt: f64) -> Result<StepReport<D>, YarnError> = YarnSystem::advance_any;
+        fn energy(this: &YarnSystem<D>) -> Energy = YarnSystem::energy_any;
+        fn momentum(this: &YarnSystem<D>) -> Momentum<D> = YarnSystem::momentum_any;
+        fn frame_data(this: &YarnSystem<D>) -> YarnFrameData = YarnSystem::frame_data_any;
     }
 }

@@ -31,6 +31,7 @@ fn version() -> &'static str {
 }
 
 fn main() -> ExitCode {
+    runner::record::provenance::declare_commit(env!("VISCOSE_COMMIT"));
     let cli = Cli::parse(); // wrong usage ends with code 2, as clap does by itself
     match cli.command.run() {
         Ok(exit) => exit.code(),

@@ -1,5 +1,7 @@
 //! Where a result comes from: version, commit, scene, seed, machine.
 
+use std::sync::OnceLock;
+
 use serde::{Deserialize, Serialize};
 
 /// The content of `provenance.json`.
@@ -31,10 +33,17 @@ pub struct Provenance {
     pub branched_from: Option<String>,
 }
 
-/// Version and commit of this build, `0.1.0 (1234abcd)`.
+static COMMIT: OnceLock<&'static str> = OnceLock::new();
+
+/// Says which git commit the embedding program was built from; only the first call counts, and it must come before any run.
+pub fn declare_commit(commit: &'static str) {
+    COMMIT.get_or_init(|| commit);
+}
+
+/// Version and commit of this build, `unknown` where the embedding program declared none.
 #[must_use]
 pub fn version() -> (String, String) {
-    (env!("CARGO_PKG_VERSION").to_owned(), env!("VISCOSE_COMMIT").to_owned())
+    (env!("CARGO_PKG_VERSION").to_owned(), COMMIT.get().copied().unwrap_or("unknown").to_owned())
 }
 
 /// The processor's own name, or the architecture where the system does not tell.

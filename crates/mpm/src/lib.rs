@@ -72,7 +72,7 @@ pub use shear_solve::{FaceCoupling, ShearReport, ShearSolver};
 pub use solid::{HalfSpace, NoSolid, PlanarSolid, Solid};
 pub use source::{Emission, SourceSettings, SourceShape, SourceState, emit, terminate};
 pub use step::{LiquidStepper, StepReport};
-pub use time_step::{StepLimit, step_limit};
+pub use time_step::{StepLimit, elastic_wave_step, step_limit};
 pub use weights::WeightsReport;
 
 /// What the rest of the house also calls the numbers in two dimensions and three.

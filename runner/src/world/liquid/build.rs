@@ -204,6 +204,10 @@ fn flow<const D: usize>(
         body: gravity + lower::<D>(&liquid.body_force),
         gravity,
         settings,
+        largest_step: match &scene.time.step {
+            StepControl::Adaptive(step) => step.max,
+            StepControl::Fixed(dt) => *dt,
+        },
         bodies,
         sources,
         drains,

@@ -80,6 +80,8 @@ pub struct Flow<const D: usize> {
     pub names: Vec<String>,
     /// Settings of all stages.
     pub settings: LiquidSettings,
+    /// Largest step that the scene allows [s].
+    pub largest_step: f64,
     /// Gravity [m/s²].
     pub gravity: Vector<D>,
     /// Gravity and the liquid's own body force [m/s²].

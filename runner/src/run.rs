@@ -192,7 +192,9 @@ fn carry_out(
     }
     let taken = folder.take(PATIENCE).map_err(io_error(folder.root().to_owned()))?;
     let Some(_taken) = taken else { return Err(RunError::InUse { folder: folder.root().to_owned() }) };
-    if options.resume && options.resume_from.is_none() && folder.holds_a_run() {
+    // A run may have been killed before it wrote anything, or while it began again: then there is the folder, and nothing in it.
+    let begun = folder.holds_a_run() || folder.is_bare();
+    if options.resume && options.resume_from.is_none() && begun {
         if checkpoint::list(&folder.checkpoints()).is_empty() {
             observer.note("no checkpoint was written yet: starting again from the beginning");
             folder.clear().map_err(io_error(folder.root().to_owned()))?;

@@ -221,7 +221,9 @@ impl<const D: usize> Task<'_, D> {
         self.tangent[k] = tangent;
         let material = &self.materials[particles.material[p] as usize];
         if material.law.is_shear_elastic() {
-            self.wave = self.wave.max(tangent.isotropic / material.density);
+            // damping acts on velocities only, wholly inside the solve: no part of the force that the points do not see
+            let damped = 1.0 + material.shear_damping / self.dt;
+            self.wave = self.wave.max(tangent.isotropic / damped / material.density);
         }
         Ok(())
     }
@@ -282,11 +284,12 @@ impl<const D: usize> Task<'_, D> {
         wide::store(&stress, &mut out);
         self.stress[k..k + 4].copy_from_slice(&out);
         wide::store(&d, &mut out);
+        let undamped = wide::parts(isotropic);
         let (isotropic, geometric, dyadic) =
             (wide::parts(isotropic * damped), wide::parts(geometric * damped), wide::parts(dyadic * damped));
         let elastic = wide::parts(two * mu_hat);
         for i in 0..4 {
-            self.wave = self.wave.max(isotropic[i] / material.density);
+            self.wave = self.wave.max(undamped[i] / material.density);
             self.tangent[k + i] = PointTangent {
                 deviator: independent(&out[i]),
                 isotropic: isotropic[i],

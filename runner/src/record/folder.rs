@@ -5,6 +5,9 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+/// The file by which a process holds the folder.
+const LOCK: &str = ".lock";
+
 /// The right to write into a run's folder.
 #[derive(Debug)]
 pub struct TakenFolder {
@@ -78,6 +81,12 @@ impl RunFolder {
         [self.scene(), self.series(), self.checkpoints(), self.summary()].iter().any(|path| path.exists())
     }
 
+    /// Whether there is nothing here, or only the mark of a run that has just begun.
+    #[must_use]
+    pub fn is_bare(&self) -> bool {
+        fs::read_dir(&self.root).is_ok_and(|entries| entries.flatten().all(|entry| entry.file_name() == LOCK))
+    }
+
     /// Removes what a former run left, and nothing else.
     ///
     /// # Errors
@@ -99,7 +108,7 @@ impl RunFolder {
     /// When the file system refuses.
     pub fn take(&self, patience: Duration) -> io::Result<Option<TakenFolder>> {
         fs::create_dir_all(&self.root)?;
-        let file = fs::OpenOptions::new().create(true).truncate(false).write(true).open(self.root.join(".lock"))?;
+        let file = fs::OpenOptions::new().create(true).truncate(false).write(true).open(self.root.join(LOCK))?;
         let give_up = Instant::now() + patience;
         loop {
             match file.try_lock() {

@@ -26,6 +26,10 @@ plan SCENE:
 test:
     cargo test --workspace --locked
 
+# the property tests on other and more cases than those of the test command: just properties 42 20000
+properties SEED CASES="5000":
+    PROPTEST_RNG_SEED={{SEED}} PROPTEST_CASES={{CASES}} cargo test --workspace --locked
+
 # all benchmarks, or one crate's: just bench rods
 bench CRATE="":
     cargo bench --locked {{ if CRATE == "" { "--workspace" } else { "-p " + CRATE } }}

@@ -103,7 +103,7 @@ kill-and-resume DIR="scenes/coupled" OUT="out/killed" SEED="1":
         took=$(( ($(date +%s%N) - begin) / 1000000 ))
         kills=0
         while [ ! -e "$cut/summary.json" ]; do
-            resume=(); [ ! -e "$cut/series.csv" ] || resume=(--resume)
+            resume=(); [ ! -d "$cut" ] || resume=(--resume)
             target/release/viscose run "$scene" --out "$cut" "${options[@]}" "${resume[@]}" >/dev/null 2>&1 &
             run=$!
             # after some kills it may end

@@ -86,7 +86,8 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
     contact.moisten(rods, films, memory, &fields, 0);
 
     let mut posed: Option<ContactSystem> = None;
-    let mut corrected = Vec::new();
+    // every strand that got impulses in some round, also where later rounds took them back: what it lacks is its clamps' share
+    let mut corrected: Vec<usize> = Vec::new();
     let most_rounds = contact.relinearisations + MOST_ADDITIONS + MOST_TURNS;
     for round in 0..most_rounds {
         if contact.lists.active.is_empty() {
@@ -142,12 +143,12 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         contact.lists.impulses = whole;
         contact.lists.states = solution.states;
         posed = Some(system);
-        corrected = touched;
+        corrected.extend_from_slice(&touched);
 
         let moved = contact.follow(rods, stepper);
         let unseen = UNSEEN_MOTION * contact.detection.proximity * contact.smallest_radius;
         let known = contact.lists.active.len();
-        let woken = contact.wake(&fields, round + 1, |_| false);
+        let woken = contact.wake(&fields, round + 1, false, |_| false);
         let grown = moved > unseen && contact.look(rods, &fields, round + 1, memory)?;
         contact.moisten(rods, films, memory, &fields, known);
         if !woken && !grown && !nonlinear {
@@ -166,6 +167,8 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         contact.confirm(memory, system);
         contact.keep(memory, system);
     }
+    corrected.sort_unstable();
+    corrected.dedup();
     contact.account(rods, stepper, &corrected, solids, step, tau);
     contact.remember(memory, tau);
     Ok(())
@@ -269,16 +272,22 @@ impl ContactWorld {
                 lists.spare.push(c);
             }
         }
-        self.wake(solids, round, |c| memory.holds(&Place::of(c)));
+        // a bridge of liquid pulls across a gap: where there is liquid, all that comes into view is looked at
+        self.wake(solids, round, self.cohesion.is_some(), |c| memory.holds(&Place::of(c)));
         self.seconds[0] += begin.elapsed().as_secs_f64();
         Ok(self.lists.active.len() > before)
     }
 
     /// Poses those of the contacts in view that would overlap at the end of the step; those that stay open need no
-    /// impulse, and leaving them out is exact as long as none of them closes. Returns whether there were any.
-    fn wake(&mut self, solids: &[&dyn SolidField], round: usize, was_pressed: impl Fn(&Contact) -> bool) -> bool {
-        // a bridge of liquid pulls across a gap: wet contacts need an impulse without closing
-        let wet = self.cohesion.is_some();
+    /// impulse, and leaving them out is exact as long as none of them closes. `all`: those that stay open too. Returns whether there
+    /// were any.
+    fn wake(
+        &mut self,
+        solids: &[&dyn SolidField],
+        round: usize,
+        all: bool,
+        was_pressed: impl Fn(&Contact) -> bool,
+    ) -> bool {
         let lists = &mut self.lists;
         // what impulses bring nearer than that is pushed apart in the next step
         let allowed = if round == 0 { 0.0 } else { UNPOSED_OVERLAP * self.smallest_radius };
@@ -292,7 +301,7 @@ impl ContactWorld {
         let mut gaps = gaps.into_iter();
         spare.retain(|c| {
             let gap = gaps.next().unwrap_or(f64::INFINITY);
-            if !(wet || closes && gap < near || round == 0 && was_pressed(c)) {
+            if !(all || closes && gap < near || round == 0 && was_pressed(c)) {
                 return true;
             }
             lists.active.push(*c);
@@ -311,7 +320,7 @@ impl ContactWorld {
         let mut kept = 0;
         for i in 0..lists.active.len() {
             let c = lists.active[i];
-            let open = lists.impulses[i] == [0.0; 3];
+            let open = lists.impulses[i] == [0.0; 3] && !lists.wet[i].bridged;
             if open && motion::end_gap(&c, lists, &self.first_vertex, solids) > RELEASE * self.smallest_radius {
                 lists.spare.push(c);
                 continue;
@@ -319,11 +328,11 @@ impl ContactWorld {
             lists.active[kept] = c;
             lists.impulses[kept] = lists.impulses[i];
             lists.states[kept] = lists.states[i];
+            lists.wet[kept] = lists.wet[i];
+            lists.flow[kept] = lists.flow[i];
             kept += 1;
         }
-        lists.active.truncate(kept);
-        lists.impulses.truncate(kept);
-        lists.states.truncate(kept);
+        self.drop_unsolved(kept);
     }
 
     /// Strands that touch something, in order.

@@ -58,7 +58,9 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
         given => given,
     };
     if time < SPIN_UP * acceleration {
-        return Err(p.reject("time", &format!("at least {:.1} s, in which this layer becomes steady", SPIN_UP * acceleration)));
+        return Err(
+            p.reject("time", &format!("at least {:.1} s, in which this layer becomes steady", SPIN_UP * acceleration))
+        );
     }
     if time > LONGEST {
         return Err(p.reject(

@@ -16,9 +16,9 @@ pub const CASE: Case = Case {
         Param::count("per_axis", 2, "particles per cell and direction"),
         Param::number(
             "viscosity",
-            0.1,
+            0.0,
             "1",
-            "consistency over ρ g H √(H/g): large enough not to overshoot, small enough to arrest",
+            "consistency over ρ g H √(H/g): large enough not to overshoot, small enough to arrest (0: 12 τ'², which is both)",
         ),
         Param::text(
             "coupling",
@@ -26,10 +26,13 @@ pub const CASE: Case = Case {
             "shear and pressure: once, twice (shear again after it), projected (and it again)",
         ),
         Param::number("dt", 2e-3, "s", "largest step"),
-        Param::number("time", 1.0, "s", "longest time to run"),
+        Param::number("time", 4.0, "s", "longest time to run"),
     ],
     run,
 };
+
+/// Time before which the heap may not have begun to move [s].
+const START: f64 = 0.2;
 
 fn run(p: &Params) -> Result<Outcome, CaseError> {
     let tau_prime = p.number_in("tau_prime", 0.02, 0.6)?;
@@ -40,7 +43,11 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
     let density = 1000.0;
     let yield_stress = tau_prime * density * GRAVITY * height;
     // Viscous enough not to overshoot by inertia, thin enough to arrest within the run.
-    let consistency = p.positive("viscosity")? * density * GRAVITY * height * (height / GRAVITY).sqrt();
+    let viscosity = match p.number_in("viscosity", 0.0, 10.0)? {
+        0.0 => 12.0 * tau_prime * tau_prime,
+        given => given,
+    };
+    let consistency = viscosity * density * GRAVITY * height * (height / GRAVITY).sqrt();
     let flow = FlowCurve::Rheometer { yield_stress, consistency, index: 1.0 };
     let liquid = setup::liquid(density, 50.0 * yield_stress, flow)?;
     let materials = vec![setup::material(&liquid)?];
@@ -74,7 +81,7 @@ fn run(p: &Params) -> Result<Outcome, CaseError> {
     while run.time < time && !arrested {
         let step = run.allowed(dt);
         run.step(step)?;
-        if run.time > 0.2 * time {
+        if run.time > START {
             let speed = run.particles.velocity.iter().map(|v| v.norm()).sum::<f64>() / run.particles.len() as f64;
             arrested = speed < 2e-3 * scale;
         }

@@ -5,6 +5,7 @@
 //!                                      └─ stop asked, wall limit, failure ─► checkpoint, summary, out
 //! ```
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -15,8 +16,8 @@ use crate::record::checkpoint::{self, Saved};
 use crate::record::folder::{RunFolder, write_atomically};
 use crate::record::provenance::{Provenance, cpu_seconds, resident_memory};
 use crate::record::recorder::{Position, RecordError, RecordSettings, Recorder, io_error};
-use crate::stepper::{Failure, StepControl, Stepper};
-use crate::system::System;
+use crate::stepper::{Accepted, Failure, StepControl, Stepper};
+use crate::system::{Rejection, System};
 
 /// A scene made ready: what to step, for how long, and what to write.
 pub struct Job {
@@ -238,6 +239,7 @@ fn carry_out(
     }
 
     let mut saved_state = None;
+    let mut refusals = Refusals::default();
     let until = options.until.unwrap_or(f64::INFINITY);
     let ending = loop {
         if stepper.done() || system.finished() {
@@ -256,6 +258,7 @@ fn carry_out(
         match stepper.advance(system.as_mut(), recorder.next_time()) {
             Err(failure) => break Ending::Failed(failure),
             Ok(accepted) => {
+                refusals.count(&accepted, stepper.state.time);
                 recorder.row(&stepper.state, Some(&accepted), system.as_ref(), step_start.elapsed().as_secs_f64())?;
                 recorder.frame_if_due(&stepper.state, system.as_ref())?;
                 if recorder.checkpoint_due(&stepper.state) {
@@ -276,6 +279,7 @@ fn carry_out(
         }
     };
 
+    refusals.tell(observer);
     let seconds = seconds_before + start.elapsed().as_secs_f64();
     if stepper.state.step > 0 || matches!(ending, Ending::Failed(_)) {
         // where a run ends, another may begin: to resume, to extend it, or to look at what failed, be it the very first step
@@ -306,6 +310,25 @@ fn carry_out(
     }
     write_json(&folder, folder.summary(), &Value::Object(summary.clone()))?;
     Ok(RunOutcome { ending, folder: folder.root().to_owned(), saved: saved_state, summary })
+}
+
+/// Why steps were refused and repeated with half the size: how often each stage gave each reason, and its last words.
+#[derive(Default)]
+struct Refusals(BTreeMap<(&'static str, String), (u64, f64, Rejection)>);
+
+impl Refusals {
+    fn count(&mut self, accepted: &Accepted, time: f64) {
+        let Some(last) = &accepted.refused else { return };
+        let entry = self.0.entry((last.stage, last.reason.to_string())).or_insert_with(|| (0, time, last.clone()));
+        *entry = (entry.0 + u64::from(accepted.rejections), time, last.clone());
+    }
+
+    fn tell(&self, observer: &mut dyn Observer) {
+        for (count, time, last) in self.0.values() {
+            observer
+                .note(&format!("{count} steps repeated with half their size; the last, before {time:.6} s: {last}"));
+        }
+    }
 }
 
 fn adopt(

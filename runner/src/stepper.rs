@@ -73,6 +73,8 @@ pub struct Accepted {
     pub limiter: &'static str,
     /// Rejections before it was accepted.
     pub rejections: u32,
+    /// The last of them.
+    pub refused: Option<Rejection>,
 }
 
 /// A step that could not be taken even after halving.
@@ -125,11 +127,12 @@ impl Stepper {
         system.snapshot();
         let (mut dt, mut limiter) = self.choose(&system.step_limits(), target);
         let mut rejections = 0;
+        let mut refused = None;
         loop {
             match system.advance(self.state.time, dt) {
                 Ok(()) => {
                     self.accept(dt, rejections);
-                    return Ok(Accepted { dt, limiter, rejections });
+                    return Ok(Accepted { dt, limiter, rejections, refused });
                 }
                 Err(rejection) => {
                     system.restore();
@@ -140,6 +143,7 @@ impl Stepper {
                     }
                     dt *= 0.5;
                     limiter = limiter::RETRY;
+                    refused = Some(rejection);
                 }
             }
         }

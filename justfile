@@ -76,7 +76,7 @@ ablation SCENES="scenes/coupled/spun-strand.ron scenes/coupled/wet-pair.ron scen
                 -v e="$(figure "$folder" total_energy)" -v e0="$(figure "$whole" total_energy)" \
                 -v l="$(figure "$folder" liquid_total_energy)" -v l0="$(figure "$whole" liquid_total_energy)" \
                 'function change(a, b) { return b == "" || b == 0 ? "" : sprintf("%.3g", (a - b) / (b < 0 ? -b : b)) }
-                 BEGIN { printf "%s,%s,%s,%s,%s,%s,%s,%s\n", name, off, ended, t, t0 > 0 ? sprintf("%.2f", t / t0) : "", change(f, f0), change(e, e0), change(l, l0) }' \
+                 BEGIN { printf "%s,%s,%s,%s,%s,%s,%s,%s\n", name, off, ended, t, (t0 > 0 ? sprintf("%.2f", t / t0) : ""), change(f, f0), change(e, e0), change(l, l0) }' \
                 | tee -a "{{OUT}}/table.csv"
         done
     done

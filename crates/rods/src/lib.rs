@@ -24,6 +24,7 @@ mod material;
 mod measure;
 mod newton;
 mod report;
+mod retraction;
 mod settings;
 mod spec;
 mod state;

@@ -5,6 +5,7 @@
 
 use crate::group::{Group, LaneReport};
 use crate::kernel::{Evaluation, Frame, Value, VertexData, W};
+use crate::retraction::{Anchor, Bend};
 use crate::settings::{HessianMode, RodSettings};
 use crate::state::RodSet;
 use nalgebra::Vector3;
@@ -17,6 +18,7 @@ use numerics::lanes::{F4, Lane, LaneKernel, V3, dispatch};
 pub(crate) struct Scratch {
     trial: Vec<[F4; 4]>,
     direction: Vec<[F4; 4]>,
+    bent: Vec<[F4; 4]>,
     gradient: Vec<[F4; 4]>,
     frames: Vec<Frame>,
     band: BatchedBand<W>,
@@ -27,6 +29,7 @@ impl Scratch {
     fn resize(&mut self, nv: usize) {
         self.trial.resize(nv, [F4::ZERO; 4]);
         self.direction.resize(nv, [F4::ZERO; 4]);
+        self.bent.resize(nv, [F4::ZERO; 4]);
         self.gradient.resize(nv, [F4::ZERO; 4]);
         self.frames.resize(nv, Frame::default());
         self.band.columns.resize(4 * nv, [F4::ZERO; W]);
@@ -130,21 +133,19 @@ impl LaneKernel for Along<'_> {
     }
 }
 
-/// `trial = u + α direction`.
+/// `trial = u + direction`.
 struct Step<'a> {
     u: &'a [[F4; 4]],
     direction: &'a [[F4; 4]],
-    alpha: F4,
     trial: &'a mut [[F4; 4]],
 }
 impl LaneKernel for Step<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<Memory = F4>>(self) {
-        let alpha = L::load(&self.alpha);
         for i in 0..self.u.len() {
             for c in 0..4 {
-                let x = L::load(&self.u[i][c]) + alpha * L::load(&self.direction[i][c]);
+                let x = L::load(&self.u[i][c]) + L::load(&self.direction[i][c]);
                 x.store(&mut self.trial[i][c]);
             }
         }
@@ -346,6 +347,7 @@ impl Group {
             }
         }
 
+        let anchor: [Anchor; 4] = std::array::from_fn(|l| Anchor::of(&self.fixed, l));
         let mut fresh = running;
         let mut alpha = F4::ZERO;
         let mut halvings = [0usize; 4];
@@ -420,7 +422,20 @@ impl Group {
                     alpha[l] = 0.0;
                 }
             }
-            dispatch(Step { u: &self.u, direction: &s.direction, alpha, trial: &mut s.trial });
+            dispatch(Bend {
+                data: &self.data,
+                u: &self.u,
+                direction: &s.direction,
+                alpha,
+                turn: slope.turn,
+                anchor,
+                bent: &mut s.bent,
+            });
+            for f in &self.fixed {
+                s.bent[f.dof / 4][f.dof % 4][f.lane] = 0.0;
+            }
+            let bent = dispatch(Along { data: &self.data, u: &self.u, gradient: &self.gradient, direction: &s.bent });
+            dispatch(Step { u: &self.u, direction: &s.bent, trial: &mut s.trial });
             let value = Evaluation {
                 data: &self.data,
                 base: &self.base,
@@ -437,11 +452,10 @@ impl Group {
                     continue;
                 }
                 let (a, old, new) = (alpha[l], self.energy[l], value.energy[l]);
-                let change = a * slope.linear[l] + 0.5 * a * a * slope.quadratic[l] + (new - old);
+                let change = bent.linear[l] + 0.5 * bent.quadratic[l] + (new - old);
                 let noise = self.tolerance[l].energy;
-                let slack = 4.0 * ((old + new) * noise).sqrt()
-                    + noise
-                    + 1e-15 * (a * slope.linear[l].abs() + a * a * slope.quadratic[l]);
+                let slack =
+                    4.0 * ((old + new) * noise).sqrt() + noise + 1e-15 * (bent.linear[l].abs() + bent.quadratic[l]);
                 let decreased = change <= settings.armijo * a * slope.slope[l] + slack;
                 if value.admissible[l] > 0.0 && new.is_finite() && decreased {
                     accepted[l] = true;

@@ -4,7 +4,7 @@
 use super::admm::Admm;
 use super::gauss_seidel::GaussSeidel;
 use super::group::{Best, Group, GroupOutcome, GroupSolver};
-use super::newton::{Attempt, Newton};
+use super::newton::{ATTEMPTS, Attempt, Newton};
 use super::ordering::minimum_degree;
 use crate::block::{Vec3, norm_squared};
 use crate::local::{LocalContact, LocalMethod};
@@ -49,6 +49,10 @@ const STILL_THINNING_TENTHS: usize = 9;
 
 /// Share of a group that must be closed for the open ones to be carried along, in tenths.
 const WORTH_LEAVING_TENTHS: usize = 8;
+
+/// Sweeps after a first Newton attempt that ended short of the tolerance but this much nearer to it.
+const FINISHING_SWEEPS: usize = 200;
+const MUCH_NEARER: f64 = 0.1;
 
 /// Sweeps that are combined in long runs.
 const WINDOW: usize = 8;
@@ -224,8 +228,29 @@ impl Auto {
             }
         }
         if let Some(elimination) = &elimination {
-            let newton = Newton { max_iterations: self.max_newton_iterations, ..Newton::default() };
+            let before = outcome.residual;
+            let (first, others) = ATTEMPTS.split_at(1);
+            let newton = Newton { max_iterations: self.max_newton_iterations, attempts: first, ..Newton::default() };
             outcome = newton.solve_ordered(group, elimination, r).after(&outcome);
+            if outcome.status.is_converged() {
+                return outcome;
+            }
+            // where contacts are redundant Newton finds who sticks and slides, and then may creep towards the tolerance;
+            // sweeps that crawled before are quick from there
+            if outcome.residual <= MUCH_NEARER * before {
+                let finish = GaussSeidel {
+                    max_sweeps: FINISHING_SWEEPS.min(self.max_sweeps),
+                    check_every: 10,
+                    local: self.local,
+                    patience: Some(FINISHING_SWEEPS),
+                    window: WINDOW,
+                };
+                outcome = finish.solve(group, r).after(&outcome);
+                if outcome.status.is_converged() {
+                    return outcome;
+                }
+            }
+            outcome = Newton { attempts: others, ..newton }.solve_ordered(group, elimination, r).after(&outcome);
             if outcome.status.is_converged() {
                 return outcome;
             }

@@ -87,6 +87,8 @@ pub struct Lists {
     pub spare: Vec<Contact>,
     /// Contacts of the step, in a fixed order.
     pub active: Vec<Contact>,
+    /// How many of them, from the first on, the last round has solved for.
+    pub solved: usize,
     /// Impulse of each in its basis [N s].
     pub impulses: Vec<Vec3>,
     /// What each does.

@@ -109,3 +109,85 @@ impl LaneKernel for Bend<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use numerics::lanes::dispatch;
+
+    const N: usize = 9;
+
+    /// A straight rod of edges of length 1 along x, and a direction that turns it about its first vertex, or about its middle.
+    fn bend(anchor: Anchor, alpha: f64) -> Vec<[F4; 4]> {
+        let data = vec![
+            VertexData {
+                edge: [F4::splat(1.0), F4::ZERO, F4::ZERO],
+                length: F4::splat(1.0),
+                ..VertexData::default()
+            };
+            N
+        ];
+        let u = vec![[F4::ZERO; 4]; N];
+        let from = if anchor == Anchor::Nowhere { 0.5 * (N - 1) as f64 } else { 0.0 };
+        let direction: Vec<[F4; 4]> =
+            (0..N).map(|i| [F4::ZERO, F4::splat(i as f64 - from), F4::ZERO, F4::splat(0.1)]).collect();
+        let mut bent = vec![[F4::ZERO; 4]; N];
+        dispatch(Bend {
+            data: &data,
+            u: &u,
+            direction: &direction,
+            alpha: F4::splat(alpha),
+            turn: F4::splat(1.0),
+            anchor: [anchor; 4],
+            bent: &mut bent,
+        });
+        bent
+    }
+
+    fn edge(bent: &[[F4; 4]], i: usize) -> [f64; 2] {
+        [1.0 + bent[i + 1][0][2] - bent[i][0][2], bent[i + 1][1][2] - bent[i][1][2]]
+    }
+
+    #[test]
+    fn a_turn_stretches_nothing_and_is_the_straight_step_in_first_order() {
+        for anchor in [Anchor::First, Anchor::Nowhere] {
+            let bent = bend(anchor, 0.3);
+            for i in 0..N - 1 {
+                let e = edge(&bent, i);
+                approx::assert_relative_eq!(e[0].hypot(e[1]), 1.0, max_relative = 1e-15);
+                approx::assert_relative_eq!(e[1] / e[0], 0.3, max_relative = 1e-14);
+            }
+            // half the step leaves a quarter of the difference from the straight one
+            let beside = |alpha: f64| bend(anchor, alpha)[N - 1][0][0];
+            let ratio = beside(2e-3) / beside(1e-3);
+            assert!((ratio - 4.0).abs() < 1e-4, "{ratio}");
+        }
+        assert_eq!(bend(Anchor::First, 0.3)[0], [F4::ZERO, F4::ZERO, F4::ZERO, F4::splat(0.3 * 0.1)]);
+    }
+
+    #[test]
+    fn the_middle_of_a_free_strand_stays_where_the_straight_step_puts_it() {
+        let bent = bend(Anchor::Nowhere, 0.3);
+        for c in 0..3 {
+            let mean: f64 = bent.iter().map(|b| b[c][1]).sum::<f64>() / N as f64;
+            assert!(mean.abs() < 1e-15, "{mean}");
+        }
+    }
+
+    #[test]
+    fn a_strand_held_elsewhere_steps_straight() {
+        for (i, b) in bend(Anchor::Elsewhere, 0.3).iter().enumerate() {
+            assert_eq!([b[0][3], b[1][3], b[2][3]], [0.0, 0.3 * i as f64, 0.0]);
+        }
+        let held = |dofs: &[usize]| -> Vec<FixedDof> {
+            dofs.iter().map(|&dof| FixedDof { lane: 1, dof, target: 0.0, reaction: 0.0, pending: 0.0 }).collect()
+        };
+        assert_eq!(Anchor::of(&held(&[]), 1), Anchor::Nowhere);
+        assert_eq!(Anchor::of(&held(&[3]), 1), Anchor::Nowhere);
+        assert_eq!(Anchor::of(&held(&[0, 1, 2, 3, 4, 5, 6]), 1), Anchor::First);
+        assert_eq!(Anchor::of(&held(&[0, 1, 2, 32, 33, 34]), 1), Anchor::Elsewhere);
+        assert_eq!(Anchor::of(&held(&[0, 1]), 1), Anchor::Elsewhere);
+        assert_eq!(Anchor::of(&held(&[32, 33, 34]), 1), Anchor::Elsewhere);
+        assert_eq!(Anchor::of(&held(&[32, 33, 34]), 0), Anchor::Nowhere);
+    }
+}

@@ -70,22 +70,19 @@ pub fn shear(world: &mut World, step: Step) -> Result<(), Rejection> {
     })
 }
 
-/// The same step again after the start was pushed: momentum, pressure, momentum with the pressure.
+/// The same step again after the start was pushed, by the same road: where the pressure was predicted, the one found last is the
+/// prediction and what is left of it is solved for; elsewhere momentum, pressure, momentum with the pressure.
 pub fn solve_again(world: &mut World, step: Step) -> Result<(), Rejection> {
     let Some(before) = world.liquid.as_ref().map(LiquidWorld::report) else { return Ok(()) };
     in_its_dimension!(world, |flow, state| {
         if !state.particles.is_empty() {
-            flow.report.shear = Some(momentum(flow, state, step, false)?);
+            let known = flow.report.prediction.is_some();
+            flow.report.shear = Some(momentum(flow, state, step, known)?);
         }
         Ok(())
     })?;
     super::coupling::crowding_rate(world)?;
-    in_its_dimension!(world, |flow, state| {
-        if flow.settings.pressure.enabled {
-            flow.report.pressure = Some(project(flow, state, step, false)?);
-        }
-        Ok(())
-    })?;
+    pressure(world, step)?;
     shear_again(world, step)?;
     in_its_dimension!(world, |flow, _state| {
         flow.report.add(&before);

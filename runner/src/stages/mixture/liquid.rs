@@ -52,15 +52,15 @@ pub fn shear(world: &mut World, step: Step) -> Result<(), Rejection> {
         }
         if flow.settings.pressure.enabled {
             let start = Instant::now();
-            flow.pressure.build(&flow.grid, step.dt, &flow.settings.pressure);
+            flow.pressure.build(&flow.grid, flow.coupling.room(), step.dt, &flow.settings.pressure);
             flow.seconds[1] += start.elapsed().as_secs_f64();
         }
         let predict = predicts(flow);
         if predict {
             let start = Instant::now();
-            let Flow { pressure, grid, settings, body, .. } = flow.as_mut();
+            let Flow { pressure, grid, coupling, settings, body, .. } = flow.as_mut();
             let report = pressure
-                .predict(grid, body, None, step.dt, &settings.pressure)
+                .predict(grid, body, coupling.room(), step.dt, &settings.pressure)
                 .map_err(|error| refuse(&error, state))?;
             flow.seconds[1] += start.elapsed().as_secs_f64();
             flow.report.prediction = Some(report);
@@ -81,7 +81,7 @@ pub fn solve_again(world: &mut World, step: Step) -> Result<(), Rejection> {
         }
         Ok(())
     })?;
-    super::coupling::crowding_rate(world)?;
+    super::coupling::carry_volume(world, step)?;
     pressure(world, step)?;
     shear_again(world, step)?;
     in_its_dimension!(world, |flow, _state| {
@@ -146,8 +146,7 @@ pub fn end(world: &mut World, step: Step) -> Result<(), Rejection> {
         if flow.settings.pressure.enabled {
             state.pressure_impulse += pressure_impulse(&flow.grid, step.dt);
         }
-        let rate = flow.coupling.fraction_rate();
-        flow.report.mixture_divergence = flow.pressure.mixture_divergence(&flow.grid, rate);
+        flow.report.mixture_divergence = flow.pressure.mixture_divergence(&flow.grid, flow.coupling.room(), step.dt);
         state.steps += 1;
         flow.coupling.clear();
         Ok(())
@@ -188,11 +187,11 @@ fn project<const D: usize>(
 ) -> Result<PressureReport, Rejection> {
     let start = Instant::now();
     let Flow { pressure, grid, coupling, settings, .. } = flow;
-    let rate = coupling.fraction_rate();
+    let room = coupling.room();
     let report = if rest {
-        pressure.correct(grid, rate, step.dt, &settings.pressure)
+        pressure.correct(grid, room, step.dt, &settings.pressure)
     } else {
-        pressure.solve(grid, rate, step.dt, &settings.pressure)
+        pressure.solve(grid, room, step.dt, &settings.pressure)
     };
     let report = report.map_err(|error| refuse(&error, state))?;
     flow.seconds[1] += start.elapsed().as_secs_f64();
@@ -204,9 +203,9 @@ fn project<const D: usize>(
 fn settle<const D: usize>(flow: &mut Flow<D>, state: &FlowState<D>, step: Step) -> Result<(), Rejection> {
     let start = Instant::now();
     let Flow { shear, pressure, grid, coupling, materials, settings, body, .. } = flow;
-    let rate = coupling.fraction_rate();
+    let room = coupling.room();
     let settled = shear
-        .settle(pressure, &state.particles, materials, grid, body, rate, step.dt, settings)
+        .settle(pressure, &state.particles, materials, grid, body, room, step.dt, settings)
         .map_err(|error| refuse(&error, state))?;
     flow.seconds[0] += start.elapsed().as_secs_f64();
     if let Some((shear, pressure, _)) = settled {

@@ -176,7 +176,7 @@ fn stages(c: &mut Criterion) {
         group.bench_function(BenchmarkId::new("pressure_solve", n), |b| {
             b.iter(|| {
                 single.install(|| {
-                    pressure.build(&grid, dt, &settings.pressure);
+                    pressure.build(&grid, None, dt, &settings.pressure);
                     pressure.solve(&mut grid, None, dt, &settings.pressure).unwrap()
                 })
             });

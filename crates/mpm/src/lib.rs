@@ -65,7 +65,7 @@ pub use ledger::{Ledger, LedgerReport};
 pub use liquid_plasticity::PlasticityReport;
 pub use material::LiquidMaterial;
 pub use particles::{Particle, Particles, TORN, Totals, YIELDED};
-pub use pressure_solve::{PressureReport, PressureSolver};
+pub use pressure_solve::{PressureReport, PressureSolver, Room};
 pub use resample::{ResampleReport, ResampleScratch, resample};
 pub use settings::LiquidSettings;
 pub use shear_solve::{FaceCoupling, ShearReport, ShearSolver};

@@ -1,15 +1,21 @@
 //! The pressure solve of stage 6: volume rate, compressibility, free surface inside cells, open shares of faces, moving solids.
 //!
 //! Backward Euler of the pressure law with `u = u* − dt ∇p/ρ` gives, for every liquid cell (spec 6.8),
-//! `[ω/(dt κg) + (dt/dx²) Σ ω_g/(ρ_g θ_g)] p − (dt/dx²) Σ (ω_g/ρ_g) p_nb = ω p^n/(dt κg) − div u* − ω (Dε_f/Dt)/ε_f`.
+//! `[ω/(dt κg) + (dt/dx²) Σ ω_g/(ρ_g θ_g)] p − (dt/dx²) Σ (ω_g/ρ_g) p_nb = ω p^n/(dt κg) − div u*`.
 //! Liquid whose volume is rigid loses the compliance term; regions closed on all sides then determine the pressure up to a
 //! constant, which is removed, and the part of the right-hand side that no pressure can meet is reported.
+//!
+//! *Room.* Where others take room ([`Room`]) the common volume is kept, `∇·(ε_f u_f + ε_s u_s) = ε_f J̇/J`, row by row times `ε_f` of
+//! the cell, so that the matrix stays symmetric: faces let the liquid through by their share, `ω_g ε_g/ρ_g` instead of `ω_g/ρ_g`, and
+//! what the others carry through them joins the divergence. Nothing of it waits for the liquid's new velocity. The pressure moves the
+//! others too; left out, that answer would come a step late, and where they take more room than the liquid leaves (`ε_s/ρ_s > ε_f/ρ_f`)
+//! each step would overshoot the last. So it stands in the matrix, lumped: `ω_g (ε_g/ρ_g + y_g)`.
 //!
 //! *Prediction.* A shear solve that knows nothing of the pressure lets the liquid fall freely for a step, and walls that hold it
 //! then drag on this motion: liquid at rest creeps, at up to `g dt` where it is viscous. The pressure of the free motion is therefore
 //! found first, to a loose tolerance, and acts in the shear solve; what is left is solved for after it. With `p = p₁ + δ` and
 //! velocities `u*` that know `p₁`, the remainder obeys the same operator:
-//! `[…] δ − … = ω (p^n − p₁)/(dt κg) − div u* − …`.
+//! `[…] δ − … = ω (p^n − p₁)/(dt κg) − div u*`.
 
 use crate::LiquidError;
 use crate::grid::{FaceFields, LiquidGrid};
@@ -27,6 +33,19 @@ const CONTINUED_LAYERS: usize = 2;
 
 /// Relative residual at which the prediction stops: it only has to tell the shear solve what the pressure will balance.
 const PREDICTION_TOLERANCE: f64 = 1e-3;
+
+/// What others than the liquid, strands for instance, take of the room, and how they move.
+#[derive(Clone, Copy, Debug)]
+pub struct Room<'a, const D: usize> {
+    /// Share of each cell that they take [1].
+    pub taken: &'a [f64],
+    /// Share of each face that they leave to the liquid [1].
+    pub left: [&'a [f64]; D],
+    /// Volume that they carry through each face per area and time, as if no pressure acted on them in the step [m/s].
+    pub flux: [&'a [f64]; D],
+    /// By how much a pressure gradient speeds that flux up [m³/kg]; at least as much as it truly does keeps the step stable.
+    pub yields: [&'a [f64]; D],
+}
 
 /// What a pressure solve says.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,11 +94,11 @@ impl<const D: usize> Default for First<D> {
 
 impl<const D: usize> PressureSolver<D> {
     /// Finds the liquid cells and assembles the operator. The face masses, open shares and distances must be up to date.
-    pub fn build(&mut self, grid: &LiquidGrid<D>, dt: f64, settings: &PressureSettings) {
-        compiled::build(self, grid, dt, settings)
+    pub fn build(&mut self, grid: &LiquidGrid<D>, room: Option<Room<'_, D>>, dt: f64, settings: &PressureSettings) {
+        compiled::build(self, grid, room, dt, settings)
     }
 
-    fn build_any(&mut self, grid: &LiquidGrid<D>, dt: f64, settings: &PressureSettings) {
+    fn build_any(&mut self, grid: &LiquidGrid<D>, room: Option<Room<'_, D>>, dt: f64, settings: &PressureSettings) {
         let n = grid.blocks.node_count();
         let dx = grid.lattice().dx;
         self.unknown.clear();
@@ -111,7 +130,10 @@ impl<const D: usize> PressureSolver<D> {
                     if open <= 0.0 || mass <= grid.mass_floor {
                         continue;
                     }
-                    let conductance = base * open * volume / mass;
+                    let conductance = match room {
+                        None => base * open * volume / mass,
+                        Some(room) => base * open * (room.left[a][face] * volume / mass + room.yields[a][face]),
+                    };
                     let neighbour = other.map_or(NO_CELL, |o| unknown[o]);
                     if neighbour != NO_CELL {
                         row.neighbour[a][side] = neighbour;
@@ -126,6 +148,9 @@ impl<const D: usize> PressureSolver<D> {
             let share = (open_sum / (2.0 * D as f64)).min(1.0);
             let j = grid.cell.volume_ratio[cell].clamp(0.1, 10.0);
             row.own = share * grid.cell.compliance[cell] / (dt * 0.5 * (j + 1.0 / j));
+            if let Some(room) = room {
+                row.own *= 1.0 - room.taken[cell];
+            }
         });
         self.multigrid.build(&self.system, &settings.multigrid);
         self.built = true;
@@ -160,18 +185,18 @@ impl<const D: usize> PressureSolver<D> {
         &mut self,
         grid: &mut LiquidGrid<D>,
         body: &Vector<D>,
-        fraction_rate: Option<&[f64]>,
+        room: Option<Room<'_, D>>,
         dt: f64,
         settings: &PressureSettings,
     ) -> Result<PressureReport, LiquidError> {
-        compiled::predict(self, grid, body, fraction_rate, dt, settings)
+        compiled::predict(self, grid, body, room, dt, settings)
     }
 
     fn predict_any(
         &mut self,
         grid: &mut LiquidGrid<D>,
         body: &Vector<D>,
-        fraction_rate: Option<&[f64]>,
+        room: Option<Room<'_, D>>,
         dt: f64,
         settings: &PressureSettings,
     ) -> Result<PressureReport, LiquidError> {
@@ -186,7 +211,7 @@ impl<const D: usize> PressureSolver<D> {
             tolerance: settings.multigrid.tolerance.max(PREDICTION_TOLERANCE),
             ..settings.multigrid
         };
-        let report = self.solve(grid, fraction_rate, dt, &PressureSettings { multigrid: loose, ..*settings })?;
+        let report = self.solve(grid, room, dt, &PressureSettings { multigrid: loose, ..*settings })?;
         self.remember(grid);
         Ok(report)
     }
@@ -199,24 +224,24 @@ impl<const D: usize> PressureSolver<D> {
     pub fn correct(
         &mut self,
         grid: &mut LiquidGrid<D>,
-        fraction_rate: Option<&[f64]>,
+        room: Option<Room<'_, D>>,
         dt: f64,
         settings: &PressureSettings,
     ) -> Result<PressureReport, LiquidError> {
-        compiled::correct(self, grid, fraction_rate, dt, settings)
+        compiled::correct(self, grid, room, dt, settings)
     }
 
     fn correct_any(
         &mut self,
         grid: &mut LiquidGrid<D>,
-        fraction_rate: Option<&[f64]>,
+        room: Option<Room<'_, D>>,
         dt: f64,
         settings: &PressureSettings,
     ) -> Result<PressureReport, LiquidError> {
         if self.first.is_none() {
             self.remember(grid);
         }
-        let mut report = self.solve(grid, fraction_rate, dt, settings)?;
+        let mut report = self.solve(grid, room, dt, settings)?;
         correct_velocities(grid, dt);
         if let Some(first) = &self.first {
             report.max_pressure = 0.0;
@@ -245,14 +270,29 @@ impl<const D: usize> PressureSolver<D> {
         })
     }
 
-    /// Divergence of the face velocities of a cell, moving solids included [1/s].
-    fn divergence(grid: &LiquidGrid<D>, cell: usize) -> f64 {
+    /// Divergence of the face velocities of a cell, moving solids and what takes room included [1/s].
+    ///
+    /// - `acting`: pressure gradient that the velocities know already
+    fn divergence(
+        grid: &LiquidGrid<D>,
+        room: Option<&Room<'_, D>>,
+        acting: Option<[&[f64]; D]>,
+        dt: f64,
+        cell: usize,
+    ) -> f64 {
         let mut sum = 0.0;
         for a in 0..D {
             for side in 0..2 {
                 let Some(face) = across(grid, cell, a, side).0 else { continue };
                 let f = &grid.face[a];
-                let flux = f.open[face] * f.velocity[face] + (1.0 - f.open[face]) * f.solid_velocity[face];
+                let carried = match room {
+                    None => f.velocity[face],
+                    Some(room) => {
+                        let pressed = acting.map_or(0.0, |gradient| dt * room.yields[a][face] * gradient[a][face]);
+                        room.left[a][face] * f.velocity[face] + room.flux[a][face] - pressed
+                    }
+                };
+                let flux = f.open[face] * carried + (1.0 - f.open[face]) * f.solid_velocity[face];
                 sum += if side == 0 { -flux } else { flux };
             }
         }
@@ -261,35 +301,36 @@ impl<const D: usize> PressureSolver<D> {
 
     /// Solves for the pressure that corrects the current face velocities; writes pressure and its gradient to the grid.
     ///
-    /// - `fraction_rate`: `(1/ε_f) Dε_f/Dt` of each cell, if strands move through the liquid [1/s]
+    /// - `room`: what others take of it; the same as for [`PressureSolver::build`]
     ///
     /// # Errors
     /// Where numbers are not finite.
     pub fn solve(
         &mut self,
         grid: &mut LiquidGrid<D>,
-        fraction_rate: Option<&[f64]>,
+        room: Option<Room<'_, D>>,
         dt: f64,
         settings: &PressureSettings,
     ) -> Result<PressureReport, LiquidError> {
-        compiled::solve(self, grid, fraction_rate, dt, settings)
+        compiled::solve(self, grid, room, dt, settings)
     }
 
     fn solve_any(
         &mut self,
         grid: &mut LiquidGrid<D>,
-        fraction_rate: Option<&[f64]>,
+        room: Option<Room<'_, D>>,
         dt: f64,
         settings: &PressureSettings,
     ) -> Result<PressureReport, LiquidError> {
         if !self.built {
-            self.build(grid, dt, settings);
+            self.build(grid, room, dt, settings);
         }
         let n = self.node.len();
         self.rhs.resize(n, 0.0);
         self.solution.resize(n, 0.0);
         let view = &*grid;
         let first = self.first.as_ref().map(|f| f.pressure.as_slice());
+        let acting = self.first.as_ref().map(|f| std::array::from_fn(|a| f.gradient[a].as_slice()));
         let max_divergence = self
             .rhs
             .par_iter_mut()
@@ -300,7 +341,7 @@ impl<const D: usize> PressureSolver<D> {
             .with_min_len(512)
             .map(|(k, (((b, x), &cell), row))| {
                 let cell = cell as usize;
-                let divergence = Self::divergence(view, cell);
+                let divergence = Self::divergence(view, room.as_ref(), acting, dt, cell);
                 *b = -divergence;
                 *x = 0.0;
                 if view.cell.compliance[cell] > 0.0 {
@@ -311,14 +352,7 @@ impl<const D: usize> PressureSolver<D> {
                     *b += row.own * (pressure - acting);
                     *x = if first.is_some() { 0.0 } else { pressure };
                 }
-                if let Some(rate) = fraction_rate {
-                    let open: f64 = (0..D)
-                        .flat_map(|a| (0..2).map(move |side| (a, side)))
-                        .filter_map(|(a, side)| across(view, cell, a, side).0.map(|f| view.face[a].open[f]))
-                        .sum();
-                    *b -= (open / (2.0 * D as f64)).min(1.0) * rate[cell];
-                }
-                divergence.abs()
+                room.map_or(divergence, |room| divergence / (1.0 - room.taken[cell])).abs()
             })
             .reduce(|| 0.0, f64::max);
         let own = numerics::reduce::norm_max(&self.rhs);
@@ -422,22 +456,21 @@ impl<const D: usize> PressureSolver<D> {
         }
     }
 
-    /// Largest rate at which the mixture in a cell of the pressure solve changes its volume with the face velocities as they are
-    /// now: `|div u + (Dε_f/Dt)/ε_f|`, the divergence of `ε_f u_f + ε_s u_s` over `ε_f` [1/s].
+    /// Largest rate at which liquid and what takes room in a cell of the pressure solve change their common volume with the face
+    /// velocities and pressures as they are now: the divergence of `ε_f u_f + ε_s u_s` over `ε_f` [1/s].
     ///
-    /// - `fraction_rate`: as for [`PressureSolver::solve`]
+    /// - `room`: as for [`PressureSolver::solve`]
     #[must_use]
-    pub fn mixture_divergence(&self, grid: &LiquidGrid<D>, fraction_rate: Option<&[f64]>) -> f64 {
-        compiled::mixture_divergence(self, grid, fraction_rate)
+    pub fn mixture_divergence(&self, grid: &LiquidGrid<D>, room: Option<Room<'_, D>>, dt: f64) -> f64 {
+        compiled::mixture_divergence(self, grid, room, dt)
     }
 
-    fn mixture_divergence_any(&self, grid: &LiquidGrid<D>, fraction_rate: Option<&[f64]>) -> f64 {
+    fn mixture_divergence_any(&self, grid: &LiquidGrid<D>, room: Option<Room<'_, D>>, dt: f64) -> f64 {
+        let acting = Some(std::array::from_fn(|a| grid.face[a].pressure_gradient.as_slice()));
         let one = |&cell: &u32| {
             let cell = cell as usize;
-            let open = |(a, side)| across(grid, cell, a, side).0.map_or(0.0, |f| grid.face[a].open[f]);
-            let open: f64 = (0..D).flat_map(|a| (0..2).map(move |side| (a, side))).map(open).sum();
-            let rate = fraction_rate.map_or(0.0, |rate| rate[cell] * (open / (2.0 * D as f64)).min(1.0));
-            (Self::divergence(grid, cell) + rate).abs()
+            let rate = Self::divergence(grid, room.as_ref(), acting, dt, cell);
+            room.map_or(rate, |room| rate / (1.0 - room.taken[cell])).abs()
         };
         self.node.par_iter().with_min_len(512).map(one).reduce(|| 0.0, f64::max)
     }
@@ -487,10 +520,10 @@ pub fn correct_velocities<const D: usize>(grid: &mut LiquidGrid<D>, dt: f64) {
 
 numerics::compile_here! {
     mod compiled {
-        fn build(this: &mut PressureSolver<D>, grid: &LiquidGrid<D>, dt: f64, settings: &PressureSettings)  = PressureSolver::build_any;
-        fn predict(this: &mut PressureSolver<D>, grid: &mut LiquidGrid<D>, body: &Vector<D>, fraction_rate: Option<&[f64]>, dt: f64, settings: &PressureSettings) -> Result<PressureReport, LiquidError> = PressureSolver::predict_any;
-        fn correct(this: &mut PressureSolver<D>, grid: &mut LiquidGrid<D>, fraction_rate: Option<&[f64]>, dt: f64, settings: &PressureSettings) -> Result<PressureReport, LiquidError> = PressureSolver::correct_any;
-        fn solve(this: &mut PressureSolver<D>, grid: &mut LiquidGrid<D>, fraction_rate: Option<&[f64]>, dt: f64, settings: &PressureSettings) -> Result<PressureReport, LiquidError> = PressureSolver::solve_any;
-        fn mixture_divergence(this: &PressureSolver<D>, grid: &LiquidGrid<D>, fraction_rate: Option<&[f64]>) -> f64 = PressureSolver::mixture_divergence_any;
+        fn build(this: &mut PressureSolver<D>, grid: &LiquidGrid<D>, room: Option<Room<'_, D>>, dt: f64, settings: &PressureSettings)  = PressureSolver::build_any;
+        fn predict(this: &mut PressureSolver<D>, grid: &mut LiquidGrid<D>, body: &Vector<D>, room: Option<Room<'_, D>>, dt: f64, settings: &PressureSettings) -> Result<PressureReport, LiquidError> = PressureSolver::predict_any;
+        fn correct(this: &mut PressureSolver<D>, grid: &mut LiquidGrid<D>, room: Option<Room<'_, D>>, dt: f64, settings: &PressureSettings) -> Result<PressureReport, LiquidError> = PressureSolver::correct_any;
+        fn solve(this: &mut PressureSolver<D>, grid: &mut LiquidGrid<D>, room: Option<Room<'_, D>>, dt: f64, settings: &PressureSettings) -> Result<PressureReport, LiquidError> = PressureSolver::solve_any;
+        fn mixture_divergence(this: &PressureSolver<D>, grid: &LiquidGrid<D>, room: Option<Room<'_, D>>, dt: f64) -> f64 = PressureSolver::mixture_divergence_any;
     }
 }

@@ -10,7 +10,7 @@ use crate::arrays;
 use crate::grid::LiquidGrid;
 use crate::material::LiquidMaterial;
 use crate::particles::Particles;
-use crate::pressure_solve::{PressureReport, PressureSolver};
+use crate::pressure_solve::{PressureReport, PressureSolver, Room};
 use crate::settings::{LiquidSettings, ShearOperator, ShearSettings, Tangent};
 use crate::shear_operator::{OperatorScratch, apply_particles, diagonal_particles};
 use crate::shear_quadrature::Quadrature;
@@ -596,11 +596,11 @@ impl<const D: usize> ShearSolver<D> {
         materials: &[LiquidMaterial],
         grid: &mut LiquidGrid<D>,
         body: &Vector<D>,
-        fraction_rate: Option<&[f64]>,
+        room: Option<Room<'_, D>>,
         dt: f64,
         settings: &LiquidSettings,
     ) -> Result<Option<(ShearReport, PressureReport, usize)>, LiquidError> {
-        compiled::settle(self, pressure, particles, materials, grid, body, fraction_rate, dt, settings)
+        compiled::settle(self, pressure, particles, materials, grid, body, room, dt, settings)
     }
 
     #[expect(clippy::too_many_arguments, reason = "one argument per physical ingredient of the momentum balance")]
@@ -611,7 +611,7 @@ impl<const D: usize> ShearSolver<D> {
         materials: &[LiquidMaterial],
         grid: &mut LiquidGrid<D>,
         body: &Vector<D>,
-        fraction_rate: Option<&[f64]>,
+        room: Option<Room<'_, D>>,
         dt: f64,
         settings: &LiquidSettings,
     ) -> Result<Option<(ShearReport, PressureReport, usize)>, LiquidError> {
@@ -626,7 +626,7 @@ impl<const D: usize> ShearSolver<D> {
             }
             let coupling = FaceCoupling::default();
             let shear = self.solve(particles, materials, grid, &coupling, body, dt, true, &settings.shear)?;
-            let corrected = pressure.correct(grid, fraction_rate, dt, &settings.pressure)?;
+            let corrected = pressure.correct(grid, room, dt, &settings.pressure)?;
             last = Some((shear, corrected, round));
         }
         Ok(last)
@@ -872,6 +872,6 @@ numerics::compile_here! {
         fn prepare(this: &mut ShearSolver<D>, particles: &Particles<D>, materials: &[LiquidMaterial], dt: f64, settings: &ShearSettings) -> Result<bool, LiquidError> = ShearSolver::prepare_any;
         fn begin(this: &mut ShearSolver<D>, particles: &Particles<D>, grid: &LiquidGrid<D>, coupling: &FaceCoupling<'_, D>, dt: f64, settings: &ShearSettings)  = ShearSolver::begin_any;
         fn solve(this: &mut ShearSolver<D>, particles: &Particles<D>, materials: &[LiquidMaterial], grid: &mut LiquidGrid<D>, coupling: &FaceCoupling<'_, D>, body: &Vector<D>, dt: f64, with_pressure: bool, settings: &ShearSettings) -> Result<ShearReport, LiquidError> = ShearSolver::solve_any;
-        fn settle(this: &mut ShearSolver<D>, pressure: &mut PressureSolver<D>, particles: &Particles<D>, materials: &[LiquidMaterial], grid: &mut LiquidGrid<D>, body: &Vector<D>, fraction_rate: Option<&[f64]>, dt: f64, settings: &LiquidSettings) -> Result<Option<(ShearReport, PressureReport, usize)>, LiquidError> = ShearSolver::settle_any;
+        fn settle(this: &mut ShearSolver<D>, pressure: &mut PressureSolver<D>, particles: &Particles<D>, materials: &[LiquidMaterial], grid: &mut LiquidGrid<D>, body: &Vector<D>, room: Option<Room<'_, D>>, dt: f64, settings: &LiquidSettings) -> Result<Option<(ShearReport, PressureReport, usize)>, LiquidError> = ShearSolver::settle_any;
     }
 }

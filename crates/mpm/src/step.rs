@@ -152,7 +152,7 @@ impl<const D: usize> LiquidStepper<D> {
         let again = resists && settings.shear.after_pressure;
         let predict = settings.pressure.enabled && settings.pressure.predict && resists && !again;
         if settings.pressure.enabled {
-            pressure.build(grid, dt, &settings.pressure);
+            pressure.build(grid, None, dt, &settings.pressure);
         }
         if predict {
             report.prediction = Some(pressure.predict(grid, body, None, dt, &settings.pressure)?);

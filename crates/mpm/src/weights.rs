@@ -7,8 +7,7 @@
 //! *Free surface.* The kernel-smoothed liquid fraction of a half-space is a known monotone function of the distance to its
 //! surface; inverting it gives a signed distance that is unbiased for flat surfaces in any direction (exact along axes), with no
 //! particle radius to calibrate. Near walls the fraction is divided by the share of the kernel that is open: exactly for plane
-//! walls and where two of them meet at a right angle or face each other, interpolated in between. (A corner inside one solid is
-//! taken for a plane.)
+//! walls and where two of them meet at a right angle or face each other, interpolated in between, within one solid as between two.
 
 use crate::arrays;
 use crate::grid::{LiquidGrid, WallTie};
@@ -191,8 +190,9 @@ fn fill_block<const D: usize, S: Solid<D>>(
 
 /// Share of the kernel around a point that solids leave open.
 ///
-/// Each solid is taken for its tangent plane. Planes at a right angle leave the product of their shares, planes facing each other
-/// what both leave; of planes along each other only the nearest counts.
+/// Each solid is taken for its tangent planes: that at the point and, where it turns towards the point within the reach of the kernel (the
+/// corner of a pot), those beyond the turn. Planes at a right angle leave the product of their shares, planes facing each other what both
+/// leave; of planes along each other only the nearest counts.
 fn open_kernel<const D: usize, S: Solid<D>>(
     solids: &[S],
     x: &Vector<D>,
@@ -203,6 +203,7 @@ fn open_kernel<const D: usize, S: Solid<D>>(
     for s in solids {
         if s.distance(x) < 1.5 * dx {
             normals.push(s.sample(x));
+            turns(s, x, dx, normals);
         }
     }
     normals.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -220,6 +221,26 @@ fn open_kernel<const D: usize, S: Solid<D>>(
         open = corner + against.min(1.0) * (gap - corner);
     }
     open.max(1.0 / 48.0)
+}
+
+/// Adds the tangent planes of a solid beyond the edges where it turns towards a point; the last in the list is that at the point.
+///
+/// Around a point the distance to what turns towards it is the least of the distances to its planes: a step aside that is nearer to the solid
+/// than the plane at the point sees another one. (Away from edges that point out a step aside is farther, and nothing is added.)
+fn turns<const D: usize, S: Solid<D>>(solid: &S, x: &Vector<D>, dx: f64, planes: &mut Vec<(f64, Vector<D>)>) {
+    let Some(&(distance, normal)) = planes.last() else { return };
+    for a in 0..D {
+        for step in [-1.5 * dx, 1.5 * dx] {
+            let mut aside = *x;
+            aside[a] += step;
+            let (there, other) = solid.sample(&aside);
+            let here = there - other[a] * step;
+            let turned = there < distance + normal[a] * step - 1e-6 * dx && normal.dot(&other) < 1.0 - 1e-6;
+            if turned && here >= distance - 1e-6 * dx && here < 1.5 * dx {
+                planes.push((here, other));
+            }
+        }
+    }
 }
 
 /// Share of a face that is covered by solids.

@@ -52,15 +52,15 @@ pub fn shear(world: &mut World, step: Step) -> Result<(), Rejection> {
         }
         if flow.settings.pressure.enabled {
             let start = Instant::now();
-            flow.pressure.build(&flow.grid, step.dt, &flow.settings.pressure);
+            flow.pressure.build(&flow.grid, flow.coupling.room(), step.dt, &flow.settings.pressure);
             flow.seconds[1] += start.elapsed().as_secs_f64();
         }
         let predict = predicts(flow);
         if predict {
             let start = Instant::now();
-            let Flow { pressure, grid, settings, body, .. } = flow.as_mut();
+            let Flow { pressure, grid, coupling, settings, body, .. } = flow.as_mut();
             let report = pressure
-                .predict(grid, body, None, step.dt, &settings.pressure)
+                .predict(grid, body, coupling.room(), step.dt, &settings.pressure)
                 .map_err(|error| refuse(&error, state))?;
             flow.seconds[1] += start.elapsed().as_secs_f64();
             flow.report.prediction = Some(report);
@@ -70,22 +70,19 @@ pub fn shear(world: &mut World, step: Step) -> Result<(), Rejection> {
     })
 }
 
-/// The same step again after the start was pushed: momentum, pressure, momentum with the pressure.
+/// The same step again after the start was pushed, by the same road: where the pressure was predicted, the one found last is the
+/// prediction and what is left of it is solved for; elsewhere momentum, pressure, momentum with the pressure.
 pub fn solve_again(world: &mut World, step: Step) -> Result<(), Rejection> {
     let Some(before) = world.liquid.as_ref().map(LiquidWorld::report) else { return Ok(()) };
     in_its_dimension!(world, |flow, state| {
         if !state.particles.is_empty() {
-            flow.report.shear = Some(momentum(flow, state, step, false)?);
+            let known = flow.report.prediction.is_some();
+            flow.report.shear = Some(momentum(flow, state, step, known)?);
         }
         Ok(())
     })?;
-    super::coupling::crowding_rate(world)?;
-    in_its_dimension!(world, |flow, state| {
-        if flow.settings.pressure.enabled {
-            flow.report.pressure = Some(project(flow, state, step, false)?);
-        }
-        Ok(())
-    })?;
+    super::coupling::carry_volume(world, step)?;
+    pressure(world, step)?;
     shear_again(world, step)?;
     in_its_dimension!(world, |flow, _state| {
         flow.report.add(&before);
@@ -149,8 +146,7 @@ pub fn end(world: &mut World, step: Step) -> Result<(), Rejection> {
         if flow.settings.pressure.enabled {
             state.pressure_impulse += pressure_impulse(&flow.grid, step.dt);
         }
-        let rate = flow.coupling.fraction_rate();
-        flow.report.mixture_divergence = flow.pressure.mixture_divergence(&flow.grid, rate);
+        flow.report.mixture_divergence = flow.pressure.mixture_divergence(&flow.grid, flow.coupling.room(), step.dt);
         state.steps += 1;
         flow.coupling.clear();
         Ok(())
@@ -191,11 +187,11 @@ fn project<const D: usize>(
 ) -> Result<PressureReport, Rejection> {
     let start = Instant::now();
     let Flow { pressure, grid, coupling, settings, .. } = flow;
-    let rate = coupling.fraction_rate();
+    let room = coupling.room();
     let report = if rest {
-        pressure.correct(grid, rate, step.dt, &settings.pressure)
+        pressure.correct(grid, room, step.dt, &settings.pressure)
     } else {
-        pressure.solve(grid, rate, step.dt, &settings.pressure)
+        pressure.solve(grid, room, step.dt, &settings.pressure)
     };
     let report = report.map_err(|error| refuse(&error, state))?;
     flow.seconds[1] += start.elapsed().as_secs_f64();
@@ -207,9 +203,9 @@ fn project<const D: usize>(
 fn settle<const D: usize>(flow: &mut Flow<D>, state: &FlowState<D>, step: Step) -> Result<(), Rejection> {
     let start = Instant::now();
     let Flow { shear, pressure, grid, coupling, materials, settings, body, .. } = flow;
-    let rate = coupling.fraction_rate();
+    let room = coupling.room();
     let settled = shear
-        .settle(pressure, &state.particles, materials, grid, body, rate, step.dt, settings)
+        .settle(pressure, &state.particles, materials, grid, body, room, step.dt, settings)
         .map_err(|error| refuse(&error, state))?;
     flow.seconds[0] += start.elapsed().as_secs_f64();
     if let Some((shear, pressure, _)) = settled {

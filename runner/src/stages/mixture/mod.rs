@@ -24,9 +24,9 @@ pub fn run(world: &mut World, step: Step) -> Result<(), Rejection> {
     rods::solve_free(world, step)?; // 4
     coupling::drag(world, step)?; // 4, with the drag of the liquid
     coupling::carry_films(world, step)?; // 8
+    coupling::carry_volume(world, step)?; // 10
     liquid::begin(world, step)?; // 8
     liquid::shear(world, step)?; // 9
-    coupling::crowding_rate(world)?; // 10
     liquid::pressure(world, step)?; // 10, 11
     liquid::shear_again(world, step)?; // 12, 14
     coupling::release_films(world)?; // 13

@@ -1,11 +1,11 @@
 //! What strands do to the liquid in a step. Empty in a scene of liquid alone, and then it costs nothing.
 //!
 //! Whoever couples strands fills these fields between the named steps of stage 6 (`stages/mixture/liquid.rs`): the points before
-//! stage 3, volume fractions before stage 4, drag and added mass before the shear solve, the rate of the fraction before the
-//! pressure solve. They are cleared at the end of every step.
+//! stage 3, volume fractions before stage 4, drag, added mass and what strands carry through faces before the shear solve. They are
+//! cleared at the end of every step.
 
-use mpm::Vector;
 use mpm::shear_solve::{Added, Drag, FaceCoupling};
+use mpm::{Room, Vector};
 
 /// A number on every face, one list per direction of the face normal.
 #[derive(Clone, Debug)]
@@ -22,8 +22,21 @@ pub struct Coupling<const D: usize> {
     pub added: Option<(FaceNumbers<D>, FaceNumbers<D>)>,
     /// Share of each cell taken by strands [1]; empty: none.
     pub solid_fraction: Vec<f64>,
-    /// `(1/ε_f) Dε_f/Dt` of each cell [1/s]; empty: none.
-    pub fraction_rate: Vec<f64>,
+    /// What strands leave of each face and carry through it; absent where they take no room.
+    pub crowd: Option<Crowd<D>>,
+}
+
+/// Faces among strands that take room.
+#[derive(Clone, Debug)]
+pub struct Crowd<const D: usize> {
+    /// Share of each face that the liquid has [1].
+    pub left: FaceNumbers<D>,
+    /// Share of the strands' volume that counts there: below one where they overlap, packed denser than circles can be [1].
+    pub counted: FaceNumbers<D>,
+    /// Volume that strands carry through each face per area and time, as if no pressure acted on them in the step [m/s].
+    pub flux: FaceNumbers<D>,
+    /// By how much a pressure gradient speeds that up, at most [m³/kg].
+    pub yields: FaceNumbers<D>,
 }
 
 impl<const D: usize> FaceNumbers<D> {
@@ -62,10 +75,16 @@ impl<const D: usize> Coupling<D> {
         (!self.solid_fraction.is_empty()).then_some(self.solid_fraction.as_slice())
     }
 
-    /// The rate of the liquid fraction of each cell, if there are strands.
+    /// What strands take of the room, as the pressure solve sees it.
     #[must_use]
-    pub fn fraction_rate(&self) -> Option<&[f64]> {
-        (!self.fraction_rate.is_empty()).then_some(self.fraction_rate.as_slice())
+    pub fn room(&self) -> Option<Room<'_, D>> {
+        let crowd = self.crowd.as_ref()?;
+        Some(Room {
+            taken: &self.solid_fraction,
+            left: crowd.left.slices(),
+            flux: crowd.flux.slices(),
+            yields: crowd.yields.slices(),
+        })
     }
 
     /// Whether strands act on the momentum of the faces, so that it has to be solved for again after the pressure.
@@ -80,6 +99,6 @@ impl<const D: usize> Coupling<D> {
         self.drag = None;
         self.added = None;
         self.solid_fraction.clear();
-        self.fraction_rate.clear();
+        self.crowd = None;
     }
 }

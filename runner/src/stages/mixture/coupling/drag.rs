@@ -234,10 +234,11 @@ fn first_answers(both: &mut Both<'_>, dt: f64) -> Answers {
 fn find_coefficients(both: &mut Both<'_>, dt: f64, answers: &Answers) {
     let Both { rods, film, flow, submersion, .. } = both;
     let trial = &answers.impulse;
-    // how the liquid around yields to them
+    // how the liquid around yields to them, were all along each other: impulses that cancel today need not cancel when they are
+    // given, and liquid that is light against the strands in it (little is left in a dense bundle) would overshoot from step to step
     let grid = &flow.grid;
     let mut taken = FaceNumbers::<3>::zeros(grid.blocks.node_count());
-    spread(grid, &rods.position, &submersion.wet, |k| trial[k], &mut taken);
+    spread(grid, &rods.position, &submersion.wet, |k| Vector3::repeat(trial[k].norm()), &mut taken);
     let mut list = Vec::new();
     submersion.stuck = 0;
     for (k, v) in submersion.wet.iter().enumerate() {
@@ -251,14 +252,14 @@ fn find_coefficients(both: &mut Both<'_>, dt: f64, answers: &Answers) {
             continue;
         }
         let along = trial[k] / impulse;
-        let mut recoil = Vector3::zeros();
+        let mut recoil = 0.0f64;
         for a in 0..3 {
             faces(grid, &rods.position[*v], a, &mut list);
-            recoil[a] = list.iter().map(|(node, weight)| weight * taken.0[a][*node] / grid.face[a].mass[*node]).sum();
+            let one = list.iter().map(|(node, weight)| weight * taken.0[a][*node] / grid.face[a].mass[*node]);
+            recoil = recoil.max(one.sum());
         }
-        let per_impulse = |answer: &Vector3<f64>| (answer.dot(&along) / impulse).max(0.0);
-        let strand_yields = per_impulse(&answers.yields[k]).min(1.0 / (LIGHTEST * own));
-        let liquid_yields = per_impulse(&recoil);
+        let strand_yields = (answers.yields[k].dot(&along) / impulse).clamp(0.0, 1.0 / (LIGHTEST * own));
+        let liquid_yields = recoil / impulse;
         let mass = 1.0 / (strand_yields + liquid_yields).max(1.0 / (HEAVIEST * own));
         let (speed, law, body) = &answers.law[k];
         let solved = law.solve(*speed, mass, dt, body, submersion.porosity[*v]);

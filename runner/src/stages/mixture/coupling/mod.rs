@@ -4,7 +4,7 @@
 //! meet           before 4   which vertices are in the liquid, and what they see of it
 //! drag           after 4    coefficients from the secant law, impulses vertex by vertex: to the strands and from the faces
 //! carry_films    8          films inside the liquid join the faces as mass
-//! crowding_rate  10         strands that move change the share of liquid: a source of volume for the pressure
+//! carry_volume   before 8   strands that move carry volume through the faces: the pressure keeps that of both together
 //! release_films  13         films inside the liquid move with it
 //! press          17         the pressure acts on the strands, which are solved anew
 //! iterate        8 to 17    once more with what the liquid really did, where the scene asks for it
@@ -26,7 +26,7 @@ pub use drag::{drag, meet};
 pub use films::{InsideEdge, carry_films, hold_films, release_films};
 pub use iterate::{book, iterate};
 pub use pressure::press;
-pub use volume::{crowd, crowding_rate};
+pub use volume::{carry_volume, crowd};
 
 use nalgebra::Vector3;
 use rods::RodSet;

@@ -1,13 +1,16 @@
 //! The liquid's pressure on strands (step 17).
+//!
+//! A strand takes the gradient from the faces that its volume is smeared over, with the same weights (`world/submersion/volume.rs`): the
+//! pressure then does the same work on strands and liquid together as their common volume asks for.
 
 use nalgebra::Vector3;
-use particle_grid::{mac_offset, stencil};
 
 use super::Both;
 use crate::stages::Step;
 use crate::stages::mixture::rods::solve;
 use crate::system::Rejection;
 use crate::world::World;
+use crate::world::submersion::volume::faces_around;
 
 /// Force of the remembered pressure gradient on strands and films.
 pub(super) fn forces(both: &mut Both<'_>) {
@@ -26,13 +29,14 @@ pub fn press(world: &mut World, step: Step) -> Result<(), Rejection> {
     let mut acts = !both.submersion.wet.is_empty() || !both.submersion.inside_edges.is_empty();
     if both.submersion.presses {
         let Both { rods, flow, memory, .. } = &mut both;
-        let grid = &flow.grid;
+        let (grid, crowd) = (&flow.grid, &flow.coupling.crowd);
         for (v, gradient) in memory.pressure_gradient.iter_mut().enumerate() {
             let before = *gradient;
             *gradient = Vector3::zeros();
             for a in 0..3 {
-                stencil(&grid.blocks, &rods.position[v], &mac_offset(a), |s| {
-                    gradient[a] += s.weight * grid.face[a].pressure_gradient[s.node];
+                faces_around(&grid.blocks, &rods.position[v], a, |node, weight| {
+                    let counted = crowd.as_ref().map_or(1.0, |crowd| crowd.counted.0[a][node]);
+                    gradient[a] += weight * counted * grid.face[a].pressure_gradient[node];
                 });
             }
             acts |= before != *gradient;

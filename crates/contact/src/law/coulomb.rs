@@ -44,7 +44,8 @@ pub fn project_cone(z: &Vec3, friction: f64) -> Vec3 {
         return *z;
     }
     let t = tangential_norm(z);
-    if t <= friction * z[0] {
+    // without friction the cone is a half-line, and what points against it lies in its polar, not in it
+    if z[0] >= 0.0 && t <= friction * z[0] {
         return *z;
     }
     if friction * t <= -z[0] {
@@ -134,6 +135,16 @@ mod tests {
             let lift = natural_map(&slip.0, &[0.1, slip.1[1], slip.1[2]], nu, rho);
             prop_assert!(norm_squared(&lift).sqrt() > 1e-4);
         }
+    }
+
+    #[test]
+    fn without_friction_the_cone_is_a_half_line() {
+        assert_eq!(project_cone(&[-1.0, 0.0, 0.0], 0.0), [0.0; 3]);
+        assert_eq!(project_cone(&[-1.0, 0.5, 0.0], 0.0), [0.0; 3]);
+        assert_eq!(project_cone(&[2.0, 0.0, 0.0], 0.0), [2.0, 0.0, 0.0]);
+        assert_eq!(project_cone(&[2.0, 0.5, -0.5], 0.0), [2.0, 0.0, 0.0]);
+        // open, parting straight
+        assert_eq!(natural_map(&[0.0; 3], &[0.3, 0.0, 0.0], 0.0, 1.0), [0.0; 3]);
     }
 
     #[test]

@@ -148,7 +148,8 @@ impl Auto {
             }
             let last = std::mem::take(&mut members);
             members.extend((0..n as u32).filter(|k| taken[*k as usize]));
-            if !thinning && members == last || 10 * members.len() > WORTH_LEAVING_TENTHS * n {
+            // where nothing is pressed and nothing closes there is nothing to solve apart
+            if members.is_empty() || !thinning && members == last || 10 * members.len() > WORTH_LEAVING_TENTHS * n {
                 break;
             }
             thinning = thinning && 10 * members.len() < STILL_THINNING_TENTHS * before;

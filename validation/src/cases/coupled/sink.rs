@@ -25,7 +25,7 @@ pub const YIELD_STICK: Case = Case {
         ),
         Param::number("step", 2e-3, "s", "time step"),
         Param::number("time", 0.4, "s", "how long it is watched"),
-        Param::count("iterations", 1, "solves of strand and liquid in a step, at most"),
+        Param::count("iterations", 20, "solves of strand and liquid in a step, at most"),
     ],
     run: yield_stick,
 };

@@ -25,8 +25,6 @@ pub unsafe fn same<A, B>(value: A) -> B {
 /// Compiles functions that are generic over the dimension `D` here, for two and three dimensions.
 ///
 /// ```
-/// use numerics::compile_here;
-///
 /// pub struct Sum<const D: usize>([f64; D]);
 ///
 /// fn add_any<const D: usize>(sum: &mut Sum<D>, x: [f64; D]) -> f64 {
@@ -36,18 +34,17 @@ pub unsafe fn same<A, B>(value: A) -> B {
 ///     sum.0[0]
 /// }
 ///
-/// mod sums {
-///     use super::*;
-///     compile_here! {
-///         pub mod compiled {
-///             fn add(sum: &mut Sum<D>, x: [f64; D]) -> f64 = add_any;
-///         }
+/// numerics::compile_here! {
+///     mod compiled {
+///         fn add(sum: &mut Sum<D>, x: [f64; D]) -> f64 = add_any;
 ///     }
 /// }
 ///
-/// let mut sum = Sum([1.0, 2.0, 3.0]);
-/// assert_eq!(sums::compiled::add(&mut sum, [1.0, 1.0, 1.0]), 2.0);
-/// assert_eq!(sum.0, [2.0, 3.0, 4.0]);
+/// fn main() {
+///     let mut sum = Sum([1.0, 2.0, 3.0]);
+///     assert_eq!(compiled::add(&mut sum, [1.0, 1.0, 1.0]), 2.0);
+///     assert_eq!(sum.0, [2.0, 3.0, 4.0]);
+/// }
 /// ```
 #[macro_export]
 macro_rules! compile_here {

@@ -56,7 +56,8 @@ pub fn find(id: &str) -> Result<Case, CaseError> {
 pub fn run_case(case: &Case, overrides: &[(String, String)]) -> Result<CaseResult, CaseError> {
     let params = Params::for_case(case, overrides)?;
     let start = Instant::now();
-    let outcome = (case.run)(&params)?;
+    // Inside the pool: from outside it every parallel loop would be handed over and waited for.
+    let outcome = rayon::scope(|_| (case.run)(&params))?;
     Ok(CaseResult { case: case.id, params: params.to_json(), outcome, seconds: start.elapsed().as_secs_f64() })
 }
 

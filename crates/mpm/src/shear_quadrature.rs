@@ -166,6 +166,20 @@ fn surroundings<const D: usize>(grid: &LiquidGrid<D>, rank: usize, ranges: &mut 
     }
 }
 
+/// Place of a cell of a block among those of [`surroundings`].
+#[inline(always)]
+fn in_halo<const D: usize>(cell: usize) -> usize {
+    let digits = particle_grid::lattice::local_digits::<D>(cell);
+    digits.iter().rev().fold(0, |index, digit| index * HALO + digit + 1)
+}
+
+/// Place of a point of a cell among all points of its block.
+#[inline(always)]
+fn point_of_block<const D: usize>(cell: usize, point: usize) -> usize {
+    let digits = particle_grid::lattice::local_digits::<D>(cell);
+    (0..D).rev().fold(0, |index, a| index * POINTS + 2 * digits[a] + (point >> a & 1))
+}
+
 /// Where a particle acts: along each direction the lower point of its pair, counted from the low side of the block, the share
 /// of the upper one, and the nearest point in its own cell.
 struct Place<const D: usize> {
@@ -274,9 +288,18 @@ impl<const D: usize> Quadrature<D> {
         blocks.zip(self.cells.par_iter_mut()).enumerate().for_each_init(
             || (vec![[0.0f64; MOST]; POINTS.pow(D as u32)], vec![0.0; POINTS.pow(D as u32)], Vec::new()),
             |(sums, elastic_sums, ranges), (rank, ((data, elastic), used))| {
-                sums.fill([0.0; MOST]);
-                elastic_sums.fill(0.0);
                 surroundings(grid, rank, ranges);
+                // Shares only go to cells that hold particles: the others, most of them in thin streams, are left alone.
+                for cell in 0..per {
+                    if ranges[in_halo::<D>(cell)].1.is_empty() {
+                        continue;
+                    }
+                    for point in 0..np {
+                        let index = point_of_block::<D>(cell, point);
+                        sums[index] = [0.0; MOST];
+                        elastic_sums[index] = 0.0;
+                    }
+                }
                 for (k, (owner, range)) in ranges.iter().enumerate() {
                     if range.is_empty() {
                         continue;
@@ -325,14 +348,13 @@ impl<const D: usize> Quadrature<D> {
                 }
                 *used = 0;
                 for cell in 0..per {
-                    let digits = particle_grid::lattice::local_digits::<D>(cell);
+                    if ranges[in_halo::<D>(cell)].1.is_empty() {
+                        continue;
+                    }
                     let data = &mut data[cell * n * np..(cell + 1) * n * np];
                     let mut any = false;
                     for point in 0..np {
-                        let mut index = 0;
-                        for a in (0..D).rev() {
-                            index = index * POINTS + 2 * digits[a] + (point >> a & 1);
-                        }
+                        let index = point_of_block::<D>(cell, point);
                         for (k, value) in sums[index].iter().enumerate().take(n) {
                             data[k * np + point] = *value;
                         }

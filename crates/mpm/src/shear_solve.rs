@@ -14,10 +14,10 @@ use crate::pressure_solve::{PressureReport, PressureSolver, Room};
 use crate::settings::{LiquidSettings, ShearOperator, ShearSettings, Tangent};
 use crate::shear_operator::{OperatorScratch, apply_particles, diagonal_particles};
 use crate::shear_quadrature::Quadrature;
-use crate::shear_state::{ShearState, velocity_gradients};
+use crate::shear_state::{ShearState, linearise_particle, velocity_gradients};
 use numerics::pcg::{self, PcgScratch, PreconditionedSystem};
 use numerics::report::{SolveReport, Status};
-use numerics::tensor::{Tensor, Vector};
+use numerics::tensor::{Tensor, Vector, deviator, symmetric_part};
 use particle_grid::{Contribution, Lanes, NONE, mac_offset, scatter};
 use serde::{Deserialize, Serialize};
 
@@ -31,6 +31,10 @@ const LEAST_SHARE: f64 = 0.1;
 pub const SAFE_STIFFNESS: f64 = 4.0;
 /// Shear energy of the pressure's last correction, over the kinetic energy, above which shear and pressure are solved once more.
 const DISTURBED: f64 = 1e-2;
+/// One particle in so many is asked how far its stress has left the linearisation.
+const SAMPLED: usize = 8;
+/// What is multiplied onto the answer, because the others may be further off.
+const SAMPLING_MARGIN: f64 = 3.0;
 /// Rounds of shear and pressure at most, after the first.
 const MOST_ROUNDS: usize = 8;
 
@@ -520,20 +524,29 @@ impl<const D: usize> ShearSolver<D> {
             self.work = velocity;
             if iteration == 0
                 && iterations > 1
-                && let Some(bound) = self.largest_error(grid, dt)
-                && bound <= settings.newton_tolerance * size
+                && let Some(error) = self.estimated_error(particles, materials, grid, dt, settings, size)
+                && error <= settings.newton_tolerance * size
             {
-                // Whatever the liquid does, its stress cannot have left the linearisation by more than this.
-                report.nonlinear_residual = if size > 0.0 { bound / size } else { 0.0 };
+                report.nonlinear_residual = if size > 0.0 { error / size } else { 0.0 };
                 break;
             }
         }
         Ok(report)
     }
 
-    /// Bound on the nonlinear residual after the first iteration [N s]: the momentum that the stress would have given if nothing had flowed
-    /// during the change of motion. `None` where the operator cannot tell.
-    fn largest_error(&mut self, grid: &LiquidGrid<D>, dt: f64) -> Option<f64> {
+    /// Nonlinear residual after the first iteration [N s], not more than a relinearisation would find. `None` where the operator cannot tell.
+    ///
+    /// At first a bound: whatever the liquid does, its stress cannot have left the linearisation by more than what it would have changed by if
+    /// nothing had flowed. Where that is too much, the law is asked at some of the particles how much of it came true.
+    fn estimated_error(
+        &mut self,
+        particles: &Particles<D>,
+        materials: &[LiquidMaterial],
+        grid: &LiquidGrid<D>,
+        dt: f64,
+        settings: &ShearSettings,
+        size: f64,
+    ) -> Option<f64> {
         if self.chosen != ShearOperator::CellQuadrature {
             return None;
         }
@@ -545,7 +558,37 @@ impl<const D: usize> ShearSolver<D> {
         self.quadrature.apply_elastic(grid, &self.work, &mut force, &mut self.operator);
         let bound = dt * dt * numerics::reduce::norm(&force);
         self.rhs = force;
-        Some(bound)
+        if bound <= settings.newton_tolerance * size {
+            return Some(bound);
+        }
+        let n = grid.blocks.node_count();
+        let change: [&[f64]; D] = std::array::from_fn(|a| &self.work[a * n..(a + 1) * n]);
+        let state = &self.state;
+        // Squares of what the linearisation is off by, and of what the stress would have changed by if nothing had flowed.
+        let judge = |p: usize, motion: &Tensor<D>, change: &Tensor<D>| {
+            let volume = particles.rest_volume[p];
+            let tangent = &state.tangent[p];
+            let change = symmetric_part(change);
+            let elastic = deviator(&change).norm() * tangent.elastic * dt * volume;
+            let error = match linearise_particle(particles, materials, p, motion, dt, settings.tangent) {
+                Ok((stress, now)) => {
+                    (stress - state.stress[p] + (now.apply(motion) - tangent.apply(motion)) * dt).norm() * volume
+                }
+                // A motion that the law refuses is for the iteration to find.
+                Err(_) => f64::INFINITY,
+            };
+            [error * error, elastic * elastic]
+        };
+        let [error, elastic] = particle_grid::sum_over_some(
+            &grid.blocks,
+            &grid.order,
+            &particles.position,
+            SAMPLED,
+            [grid.velocities(), change],
+            LiquidGrid::<D>::offsets(),
+            judge,
+        );
+        Some(if elastic > 0.0 { bound * SAMPLING_MARGIN * (error / elastic).sqrt() } else { bound })
     }
 
     /// Whether the last correction by the pressure strained the liquid so much that shear has to be solved for again: the energy that it

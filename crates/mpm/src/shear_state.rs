@@ -183,6 +183,22 @@ pub fn linearise<const D: usize>(
     Ok((carried_back, tangent))
 }
 
+/// [`linearise`] for one particle.
+pub(crate) fn linearise_particle<const D: usize>(
+    particles: &Particles<D>,
+    materials: &[LiquidMaterial],
+    p: usize,
+    g: &Tensor<D>,
+    dt: f64,
+    kind: Tangent,
+) -> Result<(Tensor<D>, PointTangent<D>), LiquidError> {
+    let identity = Tensor::<D>::identity();
+    let strain = if particles.carried.strain { &particles.elastic_strain[p] } else { &identity };
+    let material = &materials[particles.material[p] as usize];
+    linearise(material, strain, particles.volume_ratio[p], particles.flags[p] & TORN != 0, g, dt, kind)
+        .map_err(|source| LiquidError::Deformation { id: particles.id[p], source })
+}
+
 /// Particles of a parallel task; a multiple of four, so that groups of four do not depend on the tasks.
 const CHUNK: usize = 1024;
 
@@ -205,18 +221,7 @@ impl<const D: usize> Task<'_, D> {
     /// One particle by itself.
     fn alone(&mut self, k: usize) -> Result<(), LiquidError> {
         let (p, particles) = (self.start + k, self.particles);
-        let identity = Tensor::<D>::identity();
-        let strain = if particles.carried.strain { &particles.elastic_strain[p] } else { &identity };
-        let (stress, tangent) = linearise(
-            &self.materials[particles.material[p] as usize],
-            strain,
-            particles.volume_ratio[p],
-            particles.flags[p] & TORN != 0,
-            &self.gradients[p],
-            self.dt,
-            self.kind,
-        )
-        .map_err(|source| LiquidError::Deformation { id: particles.id[p], source })?;
+        let (stress, tangent) = linearise_particle(particles, self.materials, p, &self.gradients[p], self.dt, self.kind)?;
         self.stress[k] = stress;
         self.tangent[k] = tangent;
         let material = &self.materials[particles.material[p] as usize];

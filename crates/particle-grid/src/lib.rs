@@ -31,7 +31,7 @@ pub mod tile;
 pub use blocks::{BlockGrid, NONE};
 pub use dispatch::vectorised;
 pub use error::GridError;
-pub use gather::gather;
+pub use gather::{gather, sum_over_some};
 pub use lanes::Lanes;
 pub use lattice::{BLOCK, CENTRE, Lattice, cells_per_block, mac_offset};
 pub use order::{ParticleOrder, permute};

@@ -79,6 +79,8 @@ pub struct LiquidGrid<const D: usize> {
     pub near_solid: Vec<bool>,
     /// Mass below which a face counts as empty [kg].
     pub mass_floor: f64,
+    /// Room that a particle stands for, along each direction [cells]: fills are as exact as if particles were boxes of this width. Zero: points.
+    pub particle_width: f64,
     pub(crate) scatter: ScatterScratch,
     pub(crate) lanes: Vec<Lanes>,
     pub(crate) sort: SortScratch<D>,
@@ -96,6 +98,7 @@ impl<const D: usize> LiquidGrid<D> {
             ties: Vec::new(),
             near_solid: Vec::new(),
             mass_floor: 0.0,
+            particle_width: 0.0,
             scatter: ScatterScratch::default(),
             lanes: Vec::new(),
             sort: SortScratch::default(),

@@ -6,6 +6,7 @@ use crate::material::{LiquidMaterial, check_materials};
 use crate::particles::Particles;
 use crate::shear_state::ShearState;
 use crate::{LiquidError, Totals};
+use numerics::bspline;
 use numerics::tensor::Vector;
 use particle_grid::{CENTRE, Contribution, Lanes, cells_per_block, mac_offset, scatter};
 use rayon::prelude::*;
@@ -90,7 +91,7 @@ fn particles_to_grid_any<const D: usize>(
             }
         };
         let offset = mac_offset(a);
-        scatter(&grid.blocks, &grid.order, &particles.position, &offset, give, &mut grid.scatter, &mut grid.lanes);
+        scatter(&grid.blocks, &grid.order, &particles.position, &offset, 0.0, give, &mut grid.scatter, &mut grid.lanes);
         let face = &mut grid.face[a];
         for field in [&mut face.mass, &mut face.velocity, &mut face.volume, &mut face.shear_force] {
             arrays::resize(field, n, 0.0);
@@ -123,7 +124,8 @@ fn particles_to_grid_any<const D: usize>(
         Contribution { value: Lanes([1.0, particles.volume_ratio[p], v, compliance]), gradient: [Lanes::ZERO; D] }
     };
     let offset = [CENTRE; D];
-    scatter(&grid.blocks, &grid.order, &particles.position, &offset, give, &mut grid.scatter, &mut grid.lanes);
+    let smear = bspline::smear_of(grid.particle_width);
+    scatter(&grid.blocks, &grid.order, &particles.position, &offset, smear, give, &mut grid.scatter, &mut grid.lanes);
     let cell = &mut grid.cell;
     for field in [&mut cell.liquid_fraction, &mut cell.volume_ratio, &mut cell.compliance] {
         arrays::resize(field, n, 0.0);

@@ -191,6 +191,12 @@ impl Default for LiquidSettings {
 }
 
 impl LiquidSettings {
+    /// Width of the room that a particle stands for [cells].
+    #[must_use]
+    pub fn particle_width(&self) -> f64 {
+        1.0 / self.particles_per_axis as f64
+    }
+
     /// Checks all ranges.
     ///
     /// # Errors

@@ -893,7 +893,7 @@ fn scatter_forces<const D: usize>(particles: &Particles<D>, state: &ShearState<D
             }
         };
         let offset = mac_offset(a);
-        scatter(&grid.blocks, &grid.order, &particles.position, &offset, give, &mut grid.scatter, &mut grid.lanes);
+        scatter(&grid.blocks, &grid.order, &particles.position, &offset, 0.0, give, &mut grid.scatter, &mut grid.lanes);
         for (force, lanes) in grid.face[a].shear_force.iter_mut().zip(&grid.lanes) {
             *force = lanes.0[0];
         }

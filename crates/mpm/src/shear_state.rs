@@ -221,7 +221,8 @@ impl<const D: usize> Task<'_, D> {
     /// One particle by itself.
     fn alone(&mut self, k: usize) -> Result<(), LiquidError> {
         let (p, particles) = (self.start + k, self.particles);
-        let (stress, tangent) = linearise_particle(particles, self.materials, p, &self.gradients[p], self.dt, self.kind)?;
+        let (stress, tangent) =
+            linearise_particle(particles, self.materials, p, &self.gradients[p], self.dt, self.kind)?;
         self.stress[k] = stress;
         self.tangent[k] = tangent;
         let material = &self.materials[particles.material[p] as usize];

@@ -139,6 +139,7 @@ impl<const D: usize> LiquidStepper<D> {
                 maintenance,
             )?;
         }
+        grid.particle_width = settings.particle_width();
         particles_to_grid::activate(particles, materials, &[], grid)?;
         if settings.tearing {
             report.torn = tearing::tearing(particles, materials)?;

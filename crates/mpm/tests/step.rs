@@ -132,3 +132,42 @@ fn one_two_and_four_threads_step_to_the_same_bits() {
     let one = run(1);
     assert!(one == run(2) && one == run(4));
 }
+
+/// What some particles say of the error of a linearisation is not less than what linearising anew finds, and not a hundred times more.
+#[test]
+fn newtons_check_asks_enough_particles() {
+    for rate in [5.0, 12.0, 40.0] {
+        let residual = |tolerance: f64| {
+            let lattice = Lattice::<2>::new(0.005);
+            let materials = [preset("shaving-cream")];
+            let mut particles = block(&lattice, 4, Vector::repeat(0.0), Vector::<2>::new(0.02, 0.08), &materials);
+            let mut r = stream(4);
+            for i in 0..particles.len() {
+                let x = particles.position[i] - Vector::<2>::new(0.01, 0.04);
+                particles.velocity[i] = Vector::<2>::new(-rate * x[0], rate * x[1]);
+                particles.affine[i] = nalgebra::Matrix2::new(-rate, 0.0, 0.0, rate);
+                particles.position[i] += Vector::<2>::new(r(), r()) * 5e-4;
+            }
+            let mut settings = LiquidSettings::default();
+            settings.shear.newton_iterations = 2;
+            settings.shear.newton_tolerance = tolerance;
+            let (mut stepper, body) = (LiquidStepper::new(lattice), Vector::<2>::new(0.0, -9.81));
+            let mut advance = |k| {
+                let none: [NoSolid; 0] = [];
+                stepper.advance(&mut particles, &materials, &none, &none, &body, 1e-3, k, &settings).unwrap().shear
+            };
+            // with the stress of some steps, the liquid flows
+            for k in 0..20 {
+                advance(k);
+            }
+            let shear = advance(20);
+            (shear.newton_iterations, shear.nonlinear_residual)
+        };
+        let (iterations, found) = residual(1e-14);
+        assert_eq!(iterations, 2);
+        // less than what the liquid's stress would have changed by if nothing had flowed, so particles are asked
+        let (iterations, estimated) = residual(0.05);
+        assert_eq!(iterations, 1, "{rate}");
+        assert!(estimated >= found && estimated <= 100.0 * found, "{rate}: {estimated} {found}");
+    }
+}

@@ -49,7 +49,7 @@ fn transfers(c: &mut Criterion) {
                             value: Lanes([1.0, v[i][a], 1.0, 0.0]),
                             gradient: std::array::from_fn(|k| Lanes([0.0, affine[i][(a, k)], 0.0, affine[i][(k, a)]])),
                         };
-                        scatter(&grid, &order, &x, &mac_offset(a), give, &mut scratch, &mut out[a]);
+                        scatter(&grid, &order, &x, &mac_offset(a), 0.0, give, &mut scratch, &mut out[a]);
                     }
                     black_box(&out);
                 });

@@ -106,10 +106,8 @@ pub fn sum_over_some<const D: usize>(
         }
         sums
     };
-    let sums: Vec<[f64; 2]> = (0..grid.occupied().len())
-        .into_par_iter()
-        .map_init(|| vec![0.0; 2 * D * len], of_block)
-        .collect();
+    let sums: Vec<[f64; 2]> =
+        (0..grid.occupied().len()).into_par_iter().map_init(|| vec![0.0; 2 * D * len], of_block).collect();
     sums.into_iter().fold([0.0; 2], |total, part| [total[0] + part[0], total[1] + part[1]])
 }
 

@@ -40,6 +40,7 @@ impl ScatterScratch {
 ///
 /// - `positions`: particles in sorted order [m]
 /// - `offset`: where the nodes sit in their cells [cells]
+/// - `smear`: for quantities spread over the room of a particle, [`numerics::bspline::smear_of`] its width [cells]; else zero
 /// - `contribution(p)`: what particle `p` of the sorted order adds
 ///
 /// Sums are taken particle by particle inside a block and block by block in the order of the neighbour table: the bits do not
@@ -49,6 +50,7 @@ pub fn scatter<const D: usize>(
     order: &ParticleOrder<D>,
     positions: &[Vector<D>],
     offset: &[f64; D],
+    smear: f64,
     contribution: impl Fn(usize) -> Contribution<D> + Sync,
     scratch: &mut ScatterScratch,
     out: &mut [Lanes],
@@ -72,8 +74,9 @@ pub fn scatter<const D: usize>(
                 for p in range {
                     let x = &positions[p];
                     let c = contribution(p);
-                    let axis: [Weights1; D] =
-                        std::array::from_fn(|a| Weights1::new((x[a] * inverse_dx - low[a]).max(0.0), offset[a]));
+                    let axis: [Weights1; D] = std::array::from_fn(|a| {
+                        Weights1::new((x[a] * inverse_dx - low[a]).max(0.0), offset[a]).smeared(smear)
+                    });
                     add(tile, &axis, &c, lattice.dx);
                 }
             },

@@ -3,7 +3,7 @@
 use numerics::tensor::{Tensor, Vector, moment, wedge};
 use particle_grid::{
     BlockGrid, CENTRE, Contribution, Lanes, Lattice, ParticleOrder, ScatterScratch, gather, mac_offset, permute,
-    scatter, stencil,
+    scatter, stencil, sum_over_some,
 };
 use proptest::prelude::*;
 
@@ -65,7 +65,7 @@ fn to_grid<const D: usize>(
                 value: Lanes([p.m[i], p.m[i] * p.v[i][a], 0.0, 0.0]),
                 gradient: std::array::from_fn(|b| Lanes([0.0, p.m[i] * p.c[i][(a, b)], 0.0, 0.0])),
             };
-            scatter(grid, order, &p.x, &offsets[a], give, &mut scratch, &mut out);
+            scatter(grid, order, &p.x, &offsets[a], 0.0, give, &mut scratch, &mut out);
             out
         })
         .collect()
@@ -239,8 +239,34 @@ fn nothing_to_do_is_no_error() {
     let mut grid = BlockGrid::new(lattice);
     grid.rebuild(&order, &[]);
     assert_eq!(grid.node_count(), 0);
-    scatter(&grid, &order, &[], &[0.0; 3], |_| unreachable!(), &mut ScatterScratch::default(), &mut []);
+    scatter(&grid, &order, &[], &[0.0; 3], 0.0, |_| unreachable!(), &mut ScatterScratch::default(), &mut []);
     gather(&grid, &order, &[], [&[], &[], &[]], mac(), &mut [], &mut []);
     grid.rebuild(&order, &[Vector::<3>::new(1.0, 2.0, 3.0)]);
     assert_eq!(grid.block_count(), 27, "a point that is no particle brings its neighbourhood");
+}
+
+/// Asked at every particle, the sum is that of what `gather` gives; asked at some, that of every so many of each block.
+#[test]
+fn some_particles_stand_for_all() {
+    let lattice = Lattice::<3>::new(0.3);
+    let (mut p, order, grid) = cloud::<3>(300, 4.0, 5, &lattice);
+    let offsets = [mac_offset(0), mac_offset(1), mac_offset(2)];
+    let mut r = stream(8);
+    let fields: Vec<Vec<f64>> = (0..6).map(|_| (0..grid.node_count()).map(|_| r()).collect()).collect();
+    let set = |k: usize| -> [&[f64]; 3] { std::array::from_fn(|a| fields[3 * k + a].as_slice()) };
+    let mut gradients = [p.c.clone(), p.c.clone()];
+    for (k, of) in gradients.iter_mut().enumerate() {
+        gather(&grid, &order, &p.x, set(k), offsets, &mut p.v, of);
+    }
+    for stride in [1, 7] {
+        let judge = |i: usize, a: &Tensor<3>, b: &Tensor<3>| {
+            assert!((a - gradients[0][i]).norm() + (b - gradients[1][i]).norm() < 1e-12);
+            [1.0, a.norm() * b.norm()]
+        };
+        let [count, sum] = sum_over_some(&grid, &order, &p.x, stride, [set(0), set(1)], offsets, judge);
+        let asked: Vec<usize> = (0..order.blocks().len()).flat_map(|b| order.block_range(b).step_by(stride)).collect();
+        let expected: f64 = asked.iter().map(|&i| gradients[0][i].norm() * gradients[1][i].norm()).sum();
+        assert_eq!(count, asked.len() as f64);
+        assert!((sum - expected).abs() < 1e-12 * expected);
+    }
 }

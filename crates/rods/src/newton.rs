@@ -23,6 +23,8 @@ pub(crate) struct Scratch {
     frames: Vec<Frame>,
     band: BatchedBand<W>,
     spare: BatchedBand<W>,
+    /// Exact and Gauss–Newton matrix of one iterate, where they are mixed.
+    mixed: [Vec<[F4; W]>; 2],
 }
 
 impl Scratch {
@@ -66,6 +68,15 @@ impl LaneKernel for Residual<'_> {
 
 /// Part of an edge's length, or angle [rad], beyond which a first guess is not trusted alone.
 const SWEPT: f64 = 0.25;
+
+/// Iterations after which a lane whose exact matrix is not positive definite is given as much of it as can be had.
+///
+/// Gauss–Newton alone holds a strand that buckles under drag too stiffly and takes a hundred iterations; strands that get there in fewer
+/// are not helped by mixing.
+const STUBBORN: usize = 15;
+
+/// Shares of Gauss–Newton in what is tried then, in this order.
+const SHARES: [f64; 4] = [0.125, 0.25, 0.5, 0.75];
 
 /// What the line search needs to know of a direction.
 #[derive(Clone, Copy, Default)]
@@ -218,6 +229,13 @@ impl Group {
             return level;
         }
         s.spare.columns.resize(s.band.columns.len(), [F4::ZERO; W]);
+        let stubborn: [bool; 4] = std::array::from_fn(|l| bad[l] && self.reports[l].iterations >= STUBBORN);
+        if mode == HessianMode::Exact && stubborn.contains(&true) {
+            self.factor_mixed(s, stubborn, &mut bad, &mut level);
+            if !bad.contains(&true) {
+                return level;
+            }
+        }
         for &next in weaker(mode) {
             let shifts = if next == HessianMode::Shifted { 30 } else { 1 };
             for k in 0..shifts {
@@ -252,6 +270,43 @@ impl Group {
             }
         }
         level
+    }
+
+    /// For the given lanes, the first mixture of exact and Gauss–Newton matrix that is positive definite, if one of [`SHARES`] is.
+    fn factor_mixed(&self, s: &mut Scratch, lanes: [bool; 4], bad: &mut [bool; 4], level: &mut [HessianMode; 4]) {
+        for (mode, columns) in [HessianMode::Exact, HessianMode::GaussNewton].into_iter().zip(&mut s.mixed) {
+            columns.resize(s.band.columns.len(), [F4::ZERO; W]);
+            Evaluation {
+                data: &self.data,
+                base: &self.base,
+                u: &self.u,
+                frames: &mut s.frames,
+                gradient: &mut s.gradient,
+            }
+            .run(Some((columns, mode)));
+        }
+        for share in SHARES {
+            let [exact, gauss_newton] = &s.mixed;
+            for ((to, a), b) in s.spare.columns.iter_mut().zip(exact).zip(gauss_newton) {
+                for ((to, a), b) in to.iter_mut().zip(a).zip(b) {
+                    for l in 0..4 {
+                        to[l] = a[l] + share * (b[l] - a[l]);
+                    }
+                }
+            }
+            Self::mask_band(&self.fixed, self.count, &mut s.spare);
+            let pivots = s.spare.factor();
+            for l in 0..4 {
+                if lanes[l] && bad[l] && pivots[l].is_positive_definite() {
+                    s.band.copy_lane_from(&s.spare, l);
+                    bad[l] = false;
+                    level[l] = HessianMode::GaussNewton;
+                }
+            }
+            if !(0..4).any(|l| lanes[l] && bad[l]) {
+                return;
+            }
+        }
     }
 
     /// Keeps a factor of the matrix at the accepted iterate, for Delassus columns.

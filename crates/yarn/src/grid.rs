@@ -109,6 +109,7 @@ impl<const D: usize> Transfer<D> {
             &self.order,
             &self.sorted,
             &[0.0; D],
+            0.0,
             |p| contribution(index[p] as usize),
             &mut self.scratch,
             &mut self.nodes,

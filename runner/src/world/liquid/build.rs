@@ -200,6 +200,8 @@ fn flow<const D: usize>(
         drains.push(Drain { place, during: span(&drain.during), name });
     }
     let gravity = lower::<D>(&scene.gravity);
+    let mut grid = LiquidGrid::new(lattice);
+    grid.particle_width = settings.particle_width();
     let flow = Flow {
         body: gravity + lower::<D>(&liquid.body_force),
         gravity,
@@ -212,7 +214,7 @@ fn flow<const D: usize>(
         sources,
         drains,
         domain,
-        grid: LiquidGrid::new(lattice),
+        grid,
         shear: ShearSolver::default(),
         pressure: PressureSolver::default(),
         coupling: Coupling::default(),

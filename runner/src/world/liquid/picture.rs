@@ -85,6 +85,7 @@ impl<const D: usize> Flow<D> {
         }
         let mut particles = state.particles.clone();
         let mut grid = LiquidGrid::new(*self.grid.lattice());
+        grid.particle_width = self.grid.particle_width;
         if particles_to_grid::activate(&mut particles, &self.materials, &[], &mut grid).is_err() {
             return Vec::new();
         }

@@ -245,6 +245,28 @@ fn wisps_are_drawn_from_the_seed() {
     }
 }
 
+/// Evenly arranged strands keep their distance from root to tip.
+#[test]
+fn an_even_wisp_does_not_cross_itself() {
+    let text = "Scene(units: Si, time: (end: 1, step: Fixed(1e-3)), materials: { \"hair\": Fibre(preset: \"hair\") },
+        strands: [(material: \"hair\", shape: Wisp(count: 1000, root: [0, 0, 0], direction: [1, 0, 0], length: 0.1, disc: 0.0025,
+            vertices: 5, arrangement: Even, spread: (direction: 3)))])";
+    let strands = expand(&load_str(text, "wisp.ron", &[]).unwrap().scene).unwrap();
+    let mut before = 1.4 * 0.0025 / 1000f64.sqrt();
+    for vertex in 0..5 {
+        let at: Vec<_> = strands.iter().map(|strand| strand.positions[vertex]).collect();
+        let mut nearest = f64::INFINITY;
+        for (i, a) in at.iter().enumerate() {
+            nearest = at[..i].iter().map(|b| (a - b).norm()).fold(nearest, f64::min);
+        }
+        assert!(nearest > before, "{vertex}: {nearest} {before}");
+        before = 0.999 * nearest;
+    }
+    let outermost = strands.last().unwrap();
+    let lean = (outermost.positions[4] - outermost.positions[0]).normalize().x.acos();
+    assert!((lean / 3f64.to_radians() - 1.0).abs() < 0.01, "{lean}");
+}
+
 /// Shapes: lengths, radii and angles of the analytic ones.
 #[test]
 fn analytic_shapes_are_where_they_should_be() {

@@ -3,7 +3,7 @@
 use super::error::{Problem, ProblemKind};
 use super::quantity::Quantity;
 use super::random::{Channel, factor, uniform};
-use super::strands::{Curl, Handedness, Placement, Spread, StrandGroup, StrandShape};
+use super::strands::{Arrangement, Curl, Handedness, Placement, Spread, StrandGroup, StrandShape};
 use super::tree::Span;
 use super::{Scene, obj};
 use nalgebra::{Rotation3, Vector3};
@@ -104,8 +104,17 @@ pub(super) fn centrelines(scene: &Scene, group: usize, description: &StrandGroup
         StrandShape::Wisp(shape) => {
             let tip = shape.root + shape.direction.0 * shape.length;
             let discs = (shape.disc, shape.tip_disc.unwrap_or(shape.disc));
-            let grower =
-                Grower { seed, group, root: shape.root, tip, discs, curl: shape.curl.as_ref(), spread: &shape.spread };
+            let even = (shape.arrangement == Arrangement::Even).then_some(shape.count);
+            let grower = Grower {
+                seed,
+                group,
+                root: shape.root,
+                tip,
+                discs,
+                even,
+                curl: shape.curl.as_ref(),
+                spread: &shape.spread,
+            };
             (0..shape.count).map(|index| grower.grow(index, shape.vertices)).collect()
         }
         StrandShape::Bundle(shape) => {
@@ -116,6 +125,7 @@ pub(super) fn centrelines(scene: &Scene, group: usize, description: &StrandGroup
                 root: shape.from,
                 tip: shape.to,
                 discs,
+                even: None,
                 curl: shape.curl.as_ref(),
                 spread: &shape.spread,
             };
@@ -212,6 +222,9 @@ fn hexagonal(count: usize) -> Vec<(f64, f64)> {
     points
 }
 
+/// Angle between one root and the next that fills a disc evenly, at any count: `π (3 − √5)`.
+const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653_3;
+
 /// Makes the strands of a wisp or bundle.
 struct Grower<'a> {
     seed: u64,
@@ -219,6 +232,8 @@ struct Grower<'a> {
     root: Vector3<f64>,
     tip: Vector3<f64>,
     discs: (f64, f64),
+    /// Number of strands, where they are spread evenly instead of at random.
+    even: Option<usize>,
     curl: Option<&'a Curl>,
     spread: &'a Spread,
 }
@@ -230,13 +245,21 @@ impl Grower<'_> {
         let axis = (self.tip - self.root).normalize();
         let (first, second) = frame(axis);
         // Square root: even over the area of the disc.
-        let (sin, cos) = (TAU * draw(Channel::DiscAngle)).sin_cos();
-        let offset = (first * cos + second * sin) * draw(Channel::DiscRadius).sqrt();
+        let (angle, area) = match self.even {
+            None => (TAU * draw(Channel::DiscAngle), draw(Channel::DiscRadius)),
+            #[allow(clippy::cast_precision_loss)]
+            Some(count) => (GOLDEN_ANGLE * index as f64, (index as f64 + 0.5) / count as f64),
+        };
+        let (sin, cos) = angle.sin_cos();
+        let offset = (first * cos + second * sin) * area.sqrt();
         let root = self.root + offset * self.discs.0;
         let tip = self.tip + offset * self.discs.1;
         let length = (tip - root).norm() * vary(self.spread.length, Channel::Length);
         let mut direction = (tip - root).normalize();
-        if self.spread.direction > 0.0 {
+        if self.even.is_some() {
+            // shifts of the tips in proportion to the roots' place: lines of such a fan never meet
+            direction = (direction + offset * self.spread.direction.tan()).normalize();
+        } else if self.spread.direction > 0.0 {
             let (first, second) = frame(direction);
             let (sin, cos) = (TAU * draw(Channel::Azimuth)).sin_cos();
             let (tilt_sin, tilt_cos) = (self.spread.direction * draw(Channel::Tilt).sqrt()).sin_cos();

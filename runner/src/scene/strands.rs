@@ -235,10 +235,23 @@ section! {
         tip_disc: Option<f64> = [None] (Length, at_least(0.0)) "";
         /// Number of vertices of each strand.
         vertices: usize = [required] (Number, at_least(2.0)) "";
+        /// How roots and directions are chosen.
+        arrangement: Arrangement = [Arrangement::Random] () "`Even` for many strands that may not overlap at the start.";
         /// Curl; default: none.
         curl: Option<Curl> = [None] () "";
         /// Differences between strands.
         spread: Spread = [blank] () "";
+    }
+}
+
+choice! {
+    /// How the strands of a wisp stand.
+    pub enum Arrangement {
+        /// Roots at random over the disc, directions at random within the spread: strands may cross.
+        Random;
+        /// Roots as far apart as the disc lets them (a sunflower's pattern), leaning outward in proportion to their distance from the
+        /// middle, the outermost by the spread: straight strands do not cross.
+        Even;
     }
 }
 

@@ -5,7 +5,7 @@ use super::admm::Admm;
 use super::gauss_seidel::GaussSeidel;
 use super::group::{Best, Group, GroupOutcome, GroupSolver};
 use super::newton::{ATTEMPTS, Attempt, Newton};
-use super::ordering::minimum_degree;
+use super::ordering::{Elimination, minimum_degree};
 use crate::block::{Vec3, norm_squared};
 use crate::local::{LocalContact, LocalMethod};
 use crate::problem::Component;
@@ -33,6 +33,10 @@ const NEWTON_PRODUCTS: usize = 100_000_000;
 
 /// Factorisations that a Newton solve takes as a rule: about fifteen where all goes well, up to sixty where states are many.
 const NEWTON_FACTORS: usize = 20;
+
+/// What all factorisations of a group may cost, in all the sweeps that are allowed: large groups that cannot be solved would otherwise be
+/// factorised a thousand times. At least two ordinary solves are always tried.
+const NEWTON_SWEEPS: usize = 4;
 
 /// Cost of a local solve in block-vector products.
 const LOCAL_SOLVE: usize = 30;
@@ -215,6 +219,15 @@ impl Auto {
         let products = elimination.as_ref().map_or(NEWTON_PRODUCTS, |e| e.block_products);
         let sweep = group.w.block_count() + LOCAL_SOLVE * group.len();
         let worth = NEWTON_FACTORS * products * 3 / sweep;
+        let mut budget = (NEWTON_SWEEPS * self.max_sweeps.saturating_mul(sweep)).max(2 * NEWTON_FACTORS * products);
+        let mut by_newton = |attempts: &[Attempt], elimination: &Elimination, r: &mut [Vec3]| {
+            let max_iterations = self.max_newton_iterations;
+            let newton = Newton { max_iterations, attempts, most_products: budget, ..Newton::default() };
+            let outcome = newton.solve_ordered(group, elimination, r);
+            let taken = outcome.iterations[Method::Newton as usize].unwrap_or(0);
+            budget = budget.saturating_sub(taken.saturating_mul(products));
+            outcome
+        };
         if worth >= LEAST_SWEEPS {
             let long = GaussSeidel {
                 max_sweeps: worth.min(self.max_sweeps),
@@ -231,8 +244,7 @@ impl Auto {
         if let Some(elimination) = &elimination {
             let before = outcome.residual;
             let (first, others) = ATTEMPTS.split_at(1);
-            let newton = Newton { max_iterations: self.max_newton_iterations, attempts: first, ..Newton::default() };
-            outcome = newton.solve_ordered(group, elimination, r).after(&outcome);
+            outcome = by_newton(first, elimination, r).after(&outcome);
             if outcome.status.is_converged() {
                 return outcome;
             }
@@ -251,7 +263,7 @@ impl Auto {
                     return outcome;
                 }
             }
-            outcome = Newton { attempts: others, ..newton }.solve_ordered(group, elimination, r).after(&outcome);
+            outcome = by_newton(others, elimination, r).after(&outcome);
             if outcome.status.is_converged() {
                 return outcome;
             }
@@ -262,7 +274,6 @@ impl Auto {
             return outcome;
         }
         // turns of sweeps and Newton from where they lead: each moves on where the other is stuck
-        let warm = Newton { max_iterations: self.max_newton_iterations, attempts: &WARM, ..Newton::default() };
         let turn = GaussSeidel {
             max_sweeps: self.max_sweeps / TURNS,
             check_every: 25,
@@ -277,7 +288,7 @@ impl Auto {
             }
             let Some(elimination) = &elimination else { continue };
             let before = outcome.residual;
-            outcome = warm.solve_ordered(group, elimination, r).after(&outcome);
+            outcome = by_newton(&WARM, elimination, r).after(&outcome);
             if outcome.status.is_converged() {
                 return outcome;
             }

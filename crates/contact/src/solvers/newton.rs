@@ -122,11 +122,13 @@ pub struct Newton<'a> {
     pub attempts: &'a [Attempt],
     /// Most block multiplications of one factorisation; above it the solver declines at once (`Breakdown`, no iterations).
     pub work_limit: usize,
+    /// Most block multiplications of all factorisations together.
+    pub most_products: usize,
 }
 
 impl Default for Newton<'_> {
     fn default() -> Self {
-        Newton { max_iterations: 60, attempts: &ATTEMPTS, work_limit: 2_000_000_000 }
+        Newton { max_iterations: 60, attempts: &ATTEMPTS, work_limit: 2_000_000_000, most_products: usize::MAX }
     }
 }
 
@@ -155,9 +157,15 @@ impl Newton<'_> {
         let mut status = Status::Converged;
         if best.residual > group.tolerance {
             let mut lu = BlockLu::new(elimination);
+            let affordable = self.most_products / elimination.block_products.max(1);
             for attempt in self.attempts {
+                let most = self.max_iterations.min(affordable.saturating_sub(iterations));
+                if most == 0 {
+                    status = Status::MaxIterations;
+                    break;
+                }
                 let start = best.r.clone();
-                let (s, i) = path::follow(group, elimination, &mut lu, attempt, &start, self.max_iterations, &mut best);
+                let (s, i) = path::follow(group, elimination, &mut lu, attempt, &start, most, &mut best);
                 status = s;
                 iterations += i;
                 if best.residual <= group.tolerance {

@@ -1,8 +1,10 @@
 //! Columns `K⁻¹ Hᵀ`, blocks of `W`, and the way back.
 
-use super::point::{ContactSide, PosedContact};
-use crate::block::{Block, Vec3, ZERO};
-use crate::problem::{BlockMatrix, ContactProblem};
+use super::point::PosedContact;
+use super::rows::{Busy, Standing, rows};
+use super::share::{Scratch, Share, Touch};
+use crate::block::Vec3;
+use crate::problem::ContactProblem;
 use rayon::prelude::*;
 use thiserror::Error;
 
@@ -30,9 +32,6 @@ pub trait InverseDynamics: Sync {
         }
     }
 }
-
-/// Blocks by row and column.
-type Triplets = Vec<(u32, u32, Block)>;
 
 /// Why a system cannot be assembled.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
@@ -78,29 +77,45 @@ pub fn assemble<D: InverseDynamics>(
     dt: f64,
     stabilisation: f64,
 ) -> Result<ContactSystem, AssemblyError> {
-    // who touches which strand: (contact, sign)
-    let mut touching: Vec<Vec<(u32, f64, ContactSide)>> = vec![Vec::new(); strands];
+    // who touches which strand, in the order of the contacts
+    let mut place_of = vec![u32::MAX; strands];
+    let mut touched: Vec<(usize, Vec<Touch>)> = Vec::new();
+    let mut standing: Vec<Standing> = Vec::with_capacity(contacts.len());
     for (k, c) in contacts.iter().enumerate() {
-        for (side, sign) in [(Some(c.a), 1.0), (c.b, -1.0)] {
+        let mut stands = [None; 2];
+        for (n, (side, sign)) in [(Some(c.a), 1.0), (c.b, -1.0)].into_iter().enumerate() {
             let Some(side) = side else { continue };
             let s = side.strand as usize;
             let fits = s < strands && side.dof.iter().all(|d| *d as usize + 3 <= dynamics.dofs(s));
             if !fits || velocities.get(s).is_none_or(|v| v.len() < dynamics.dofs(s)) {
                 return Err(AssemblyError::OutOfRange { contact: k, strand: s });
             }
-            touching[s].push((k as u32, sign, side));
+            if place_of[s] == u32::MAX {
+                place_of[s] = touched.len() as u32;
+                touched.push((s, Vec::new()));
+            }
+            let touches = &mut touched[place_of[s] as usize].1;
+            let own = touches.last().is_some_and(|last| last.contact == k as u32);
+            if !own {
+                stands[n] = Some((place_of[s], touches.len() as u32));
+                touches.push(Touch::new(k as u32));
+            }
+            if let Some(touch) = touches.last_mut() {
+                touch.add(&side, sign);
+            }
         }
+        standing.push(stands);
     }
     let bases: Vec<[Vec3; 3]> = contacts.iter().map(PosedContact::basis).collect();
-    let busy: Vec<usize> = (0..strands).filter(|s| !touching[*s].is_empty()).collect();
-    let parts: Vec<Result<Triplets, AssemblyError>> = busy
+    let busy: Vec<Busy> = touched
         .par_iter()
-        .map_init(Vec::new, |columns: &mut Vec<f64>, s| strand_blocks(*s, &touching[*s], &bases, dynamics, columns))
-        .collect();
-    let mut triplets = Vec::new();
-    for part in parts {
-        triplets.extend(part?);
-    }
+        .map_init(Scratch::default, |scratch, (strand, touches)| {
+            let share = Share::assemble(*strand, touches, &bases, dynamics, scratch)?;
+            Ok(Busy { contacts: touches.iter().map(|touch| touch.contact).collect(), share })
+        })
+        .collect::<Vec<Result<Busy, AssemblyError>>>()
+        .into_iter()
+        .collect::<Result<_, AssemblyError>>()?;
     let free_velocity: Vec<Vec3> = contacts
         .iter()
         .zip(&bases)
@@ -126,70 +141,12 @@ pub fn assemble<D: InverseDynamics>(
     };
     let problem = ContactProblem {
         dimension: 3,
-        delassus: BlockMatrix::from_triplets(contacts.len(), &triplets),
+        delassus: rows(&standing, &busy),
         free_velocity,
         friction: contacts.iter().map(|c| c.friction).collect(),
         cohesion,
     };
     Ok(ContactSystem { problem, contacts: contacts.to_vec() })
-}
-
-/// Blocks that one strand contributes: `W_kl += s_k s_l E_kᵀ N_k K⁻¹ N_lᵀ E_l`, symmetric by construction.
-fn strand_blocks<D: InverseDynamics>(
-    strand: usize,
-    touching: &[(u32, f64, ContactSide)],
-    bases: &[[Vec3; 3]],
-    dynamics: &D,
-    columns: &mut Vec<f64>,
-) -> Result<Triplets, AssemblyError> {
-    let n = dynamics.dofs(strand);
-    let m = touching.len();
-    let mut out = Vec::with_capacity(m * m);
-    columns.clear();
-    columns.resize(3 * n, 0.0);
-    for (l, (contact_l, sign_l, side_l)) in touching.iter().enumerate() {
-        columns.fill(0.0);
-        for (dof, weight) in side_l.dof.iter().zip(side_l.weight) {
-            for c in 0..3 {
-                columns[3 * (*dof as usize + c) + c] += weight;
-            }
-        }
-        dynamics.apply_three(strand, columns);
-        for (contact_k, sign_k, side_k) in &touching[..=l] {
-            // world block N_k K⁻¹ N_lᵀ
-            let mut world = ZERO;
-            for (dof, weight) in side_k.dof.iter().zip(side_k.weight) {
-                let at = 3 * *dof as usize;
-                for e in 0..9 {
-                    world[e] += weight * columns[at + e];
-                }
-            }
-            let (ek, el) = (&bases[*contact_k as usize], &bases[*contact_l as usize]);
-            let sign = sign_k * sign_l;
-            let mut b = ZERO;
-            for i in 0..3 {
-                // row i of E_kᵀ · world
-                let row = [0, 1, 2].map(|c| ek[i][0] * world[c] + ek[i][1] * world[3 + c] + ek[i][2] * world[6 + c]);
-                for j in 0..3 {
-                    b[3 * i + j] = sign * crate::block::dot(&row, &el[j]);
-                }
-            }
-            if !b.iter().all(|v| v.is_finite()) {
-                return Err(AssemblyError::NotFinite { strand });
-            }
-            if contact_k == contact_l {
-                // round-off apart the own block is symmetric; a strand that touches itself adds its block twice, mirrored
-                let t = crate::block::transpose(&b);
-                let twin = std::ptr::eq(side_k, side_l);
-                let mean = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|e| if twin { 0.5 * (b[e] + t[e]) } else { b[e] + t[e] });
-                out.push((*contact_k, *contact_l, mean));
-            } else {
-                out.push((*contact_k, *contact_l, b));
-                out.push((*contact_l, *contact_k, crate::block::transpose(&b)));
-            }
-        }
-    }
-    Ok(out)
 }
 
 impl ContactSystem {
@@ -221,6 +178,7 @@ impl ContactSystem {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assembly::ContactSide;
     use crate::families::Random;
 
     /// Dense symmetric inverse dynamics for tests.

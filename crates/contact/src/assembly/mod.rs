@@ -6,7 +6,9 @@
 //!
 //! ```text
 //! point    ── where a contact touches a strand, and its Jacobian
-//! delassus ── columns, blocks, free velocity, impulses back to the strands
+//! delassus ── who touches whom, free velocity, impulses back to the strands
+//! share    ── columns and blocks of one strand
+//! rows     ── the matrix put together
 //! operator ── the same product without the blocks
 //! warm     ── impulses kept over steps by key, rotated with the contact basis
 //! ```
@@ -14,6 +16,8 @@
 mod delassus;
 mod operator;
 mod point;
+mod rows;
+mod share;
 mod warm;
 
 pub use delassus::{AssemblyError, ContactSystem, InverseDynamics, assemble};

@@ -9,7 +9,13 @@
 //! `W̄` indefinite.
 
 use super::quartic::positive_roots;
-use crate::block::{Block, Vec3};
+use crate::block::{Block, Vec3, tangential_norm};
+
+/// Length of a tangential vector, safe from overflow and underflow.
+#[inline(always)]
+fn length(v: [f64; 2]) -> f64 {
+    tangential_norm(&[0.0, v[0], v[1]])
+}
 
 /// The reduced tangential problem of one contact.
 #[derive(Clone, Copy, Debug)]
@@ -52,7 +58,7 @@ impl Sliding {
     #[inline]
     fn h(&self, alpha: f64) -> (f64, f64) {
         let v = [alpha * self.beta[0] + self.adj_beta[0], alpha * self.beta[1] + self.adj_beta[1]];
-        let n = v[0].hypot(v[1]);
+        let n = length(v);
         let value = (self.closing * alpha + self.a1) * alpha + self.a0 - self.c * n;
         let slope = 2.0 * self.closing * alpha + self.a1
             - if n > 0.0 { self.c * (v[0] * self.beta[0] + v[1] * self.beta[1]) / n } else { 0.0 };
@@ -64,7 +70,7 @@ impl Sliding {
         let p = (alpha + self.trace) * alpha + self.det;
         let t = [-(alpha * self.beta[0] + self.adj_beta[0]) / p, -(alpha * self.beta[1] + self.adj_beta[1]) / p];
         if sliding {
-            [t[0].hypot(t[1]) / self.nu, t[0], t[1]]
+            [length(t) / self.nu, t[0], t[1]]
         } else {
             [(self.closing - self.w_nt[0] * t[0] - self.w_nt[1] * t[1]) / self.w_nn, t[0], t[1]]
         }
@@ -146,7 +152,7 @@ impl Candidates {
 
 /// The root of `h` above `floor`, bracketed; `h(floor) < 0` on entry.
 fn sliding_root(s: &Sliding, floor: f64, guess: f64) -> Option<f64> {
-    let beta = s.beta[0].hypot(s.beta[1]);
+    let beta = length(s.beta);
     let scale = (s.c * beta / s.closing).max(s.trace.abs());
     if !scale.is_finite() {
         return None;

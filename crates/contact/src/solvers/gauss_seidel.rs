@@ -34,6 +34,14 @@ const LOOKS: usize = 10;
 /// Growth of the change of a sweep, relative to the smallest since the last restart, that ends an acceleration.
 const GROWTH: f64 = 2.0;
 
+/// Residual of a local solve from which on its answer is taken whole.
+const LOCAL: f64 = 1e-9;
+
+/// Residual asked of local solves, as a share of the tolerance of the group, and the least of it: digits that the sweeps around
+/// it do not have are not worth a fall-back.
+const LOCAL_SHARE: f64 = 1e-4;
+const LEAST_LOCAL: f64 = 1e-12;
+
 impl GaussSeidel {
     /// A run of at most `max_sweeps` sweeps that never gives up before.
     #[must_use]
@@ -156,6 +164,7 @@ fn sweep(
     r: &mut [Vec3],
 ) -> ResidualParts {
     let mut parts = ResidualParts::default();
+    let accept = (LOCAL_SHARE * group.tolerance).clamp(LEAST_LOCAL, LOCAL);
     for k in 0..group.len() {
         let mut u = group.w.row_product_sparse(k, r);
         for i in 0..3 {
@@ -165,8 +174,8 @@ fn sweep(
         parts.add(&old, &u, &group.q[k], group.friction[k], weights[k]);
         let own = crate::block::mat_vec(&locals[k].block, &old);
         let b = [u[0] - own[0], u[1] - own[1], u[2] - own[2]];
-        let answer = locals[k].solve(&b, &old, method);
-        if answer.residual <= 1e-9 {
+        let answer = locals[k].solve_to(&b, &old, method, accept);
+        if answer.residual <= LOCAL {
             r[k] = answer.impulse;
         } else if answer.residual.is_finite() {
             // the local solve missed its tolerance (a nearly singular block): half the update, if it helps at all

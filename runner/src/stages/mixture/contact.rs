@@ -12,6 +12,7 @@
 //! as long as others follow anyway; the last is solved to the tolerance.
 
 mod cohesion;
+mod crossing;
 mod impulses;
 mod motion;
 mod second_opinion;
@@ -101,10 +102,14 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
     let mut corrected: Vec<usize> = Vec::new();
     let most_rounds = contact.relinearisations + MOST_ADDITIONS + MOST_TURNS;
     // once a rough round has closed nothing more, all that follow are exact
-    let (mut settled, mut exact_rounds) = (false, 0);
+    let mut settled = false;
+    // what the last round left: its report where it missed the tolerance, and whether contacts were still to be added. Rounds
+    // before it were on the way, and what they missed is made good
+    let (mut missed, mut unfinished) = (None, false);
     for round in 0..most_rounds {
         if contact.lists.active.is_empty() {
             posed = None;
+            missed = None;
             contact.report.residual = 0.0;
             break;
         }
@@ -128,7 +133,6 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         }
         contact.resist_sliding(&mut system, tau);
         let rough = !settled && contact.lists.active.len() >= MANY && round + EXACT_ROUNDS < most_rounds;
-        exact_rounds += usize::from(!rough);
         let mut settings = contact.settings;
         if rough {
             settings.tolerance = settings.tolerance.max(ROUGH);
@@ -141,9 +145,7 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         let converged = solution.report.status().is_converged();
         // a rough round may be as good as an exact one
         let exact = !rough || converged && contact.report.residual <= contact.settings.tolerance;
-        if !rough && !converged {
-            contact.not_solved(memory, &system, &solution.report.solve, exact_rounds == 1)?;
-        }
+        missed = (!rough && !converged).then_some(solution.report.solve);
 
         let flow = contact.lists.flow.iter();
         let whole: Vec<Vec3> =
@@ -172,6 +174,7 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         let known = contact.lists.active.len();
         let woken = contact.wake(&fields, round + 1, false, |_| false);
         let grown = moved > unseen && contact.look(rods, &fields, round + 1, memory)?;
+        let grown = contact.part_crossed() || grown;
         contact.moisten(rods, films, memory, &fields, known);
         if !woken && !grown && !nonlinear {
             if exact {
@@ -181,13 +184,17 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
             continue;
         }
         // what the last round would add stays without impulse in this step: told like a problem that was not solved
-        memory.warnings += u64::from(last && (woken || grown));
+        unfinished = last && (woken || grown);
         if round < ROUNDS_OF_RELEASE {
             contact.release(&fields);
         }
     }
 
+    memory.warnings += u64::from(missed.is_some() || unfinished);
     if let Some(system) = &posed {
+        if let Some(report) = &missed {
+            contact.not_solved(system, report)?;
+        }
         // contacts added after the last round have no impulse yet
         contact.drop_unsolved(system.contacts.len());
         contact.confirm(memory, system);
@@ -414,15 +421,8 @@ impl ContactWorld {
             .collect()
     }
 
-    /// Counts and keeps a problem that was not solved; refuses the step where the scene wants that.
-    fn not_solved(
-        &mut self,
-        memory: &mut ContactMemory,
-        system: &ContactSystem,
-        report: &numerics::SolveReport,
-        first_round: bool,
-    ) -> Result<(), Rejection> {
-        memory.warnings += u64::from(first_round);
+    /// Keeps a problem that was not solved; refuses the step where the scene wants that.
+    fn not_solved(&mut self, system: &ContactSystem, report: &numerics::SolveReport) -> Result<(), Rejection> {
         if self.rejects || self.unsolved.is_none() {
             self.unsolved = Some(system.problem.clone());
         }

@@ -33,8 +33,6 @@ pub const SAFE_STIFFNESS: f64 = 4.0;
 const DISTURBED: f64 = 1e-2;
 /// One particle in so many is asked how far its stress has left the linearisation.
 const SAMPLED: usize = 8;
-/// What is multiplied onto the answer, because the others may be further off.
-const SAMPLING_MARGIN: f64 = 3.0;
 /// Rounds of shear and pressure at most, after the first.
 const MOST_ROUNDS: usize = 8;
 
@@ -588,7 +586,7 @@ impl<const D: usize> ShearSolver<D> {
             LiquidGrid::<D>::offsets(),
             judge,
         );
-        Some(if elastic > 0.0 { bound * SAMPLING_MARGIN * (error / elastic).sqrt() } else { bound })
+        Some(if elastic > 0.0 { bound * (error / elastic).sqrt() } else { bound })
     }
 
     /// Whether the last correction by the pressure strained the liquid so much that shear has to be solved for again: the energy that it

@@ -45,6 +45,10 @@ impl ScatterScratch {
 ///
 /// Sums are taken particle by particle inside a block and block by block in the order of the neighbour table: the bits do not
 /// depend on the thread count.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "grid, order, places, kernel, quantities and memory are all separate things"
+)]
 pub fn scatter<const D: usize>(
     grid: &BlockGrid<D>,
     order: &ParticleOrder<D>,

@@ -71,11 +71,6 @@ const ROUGH: f64 = 1e-3;
 /// Rounds at the end of all that are never rough, so that what an exact one still closes can be followed.
 const EXACT_ROUNDS: usize = 4;
 
-/// Rounds in a row that may miss their tolerance before the step goes on with what it has, and what part of their iterations the later ones get:
-/// a problem that could not be solved will hardly be with one more contact, and each attempt costs all that is allowed.
-const MOST_MISSES: usize = 3;
-const LATER_EFFORT: usize = 4;
-
 /// Share of an overlap that one step pushes apart (spec A.7).
 const STABILISATION: f64 = 0.2;
 
@@ -111,7 +106,6 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
     // what the last round left: its report where it missed the tolerance, and whether contacts were still to be added. Rounds
     // before it were on the way, and what they missed is made good
     let (mut missed, mut unfinished) = (None, false);
-    let mut misses = 0;
     for round in 0..most_rounds {
         if contact.lists.active.is_empty() {
             posed = None;
@@ -143,11 +137,6 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         if rough {
             settings.tolerance = settings.tolerance.max(ROUGH);
         }
-        if misses > 0 {
-            settings.max_sweeps = settings.max_sweeps.div_ceil(LATER_EFFORT);
-            settings.max_newton_iterations = settings.max_newton_iterations.div_ceil(LATER_EFFORT);
-            settings.max_admm_iterations = settings.max_admm_iterations.div_ceil(LATER_EFFORT);
-        }
         let solution = ::contact::solve(&system.problem, Some(&start), &settings);
         contact.seconds[2] += begin.elapsed().as_secs_f64();
         contact.report.rounds += 1;
@@ -156,17 +145,16 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         let converged = solution.report.status().is_converged();
         // a rough round may be as good as an exact one
         let exact = !rough || converged && contact.report.residual <= contact.settings.tolerance;
-        misses = if converged { 0 } else { misses + 1 };
-        let last = round + 1 == most_rounds || misses >= MOST_MISSES;
-        missed = ((!rough || last) && !converged).then_some(solution.report.solve);
+        missed = (!rough && !converged).then_some(solution.report.solve);
 
         let flow = contact.lists.flow.iter();
         let whole: Vec<Vec3> =
             solution.impulses.iter().zip(flow).map(|(r, f)| [r[0] + f[0], r[1] + f[1], r[2] + f[2]]).collect();
         contact.hand_over(rods, &whole);
         let turn = contact.turn(rods, &touched, &inverses, step.dt);
+        let last = round + 1 == most_rounds;
         if last && turn > TOO_LARGE_TURN {
-            let detail = format!("contact impulses turn an edge by {turn:.2} rad after {} rounds", round + 1);
+            let detail = format!("contact impulses turn an edge by {turn:.2} rad after {most_rounds} rounds");
             return Err(Rejection { stage: "mixture", reason: RejectionReason::TooLargeMotion, element: None, detail });
         }
         let nonlinear = !last && (round + 1 < contact.relinearisations || turn > TRUE_TURN);
@@ -189,7 +177,7 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         let grown = contact.part_crossed() || grown;
         contact.moisten(rods, films, memory, &fields, known);
         if !woken && !grown && !nonlinear {
-            if exact || last {
+            if exact {
                 break;
             }
             settled = true;
@@ -197,9 +185,6 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         }
         // what the last round would add stays without impulse in this step: told like a problem that was not solved
         unfinished = last && (woken || grown);
-        if last {
-            break;
-        }
         if round < ROUNDS_OF_RELEASE {
             contact.release(&fields);
         }

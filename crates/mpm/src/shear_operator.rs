@@ -10,7 +10,7 @@ use crate::shear_state::{PointTangent, ShearState};
 use numerics::bspline::Weights1;
 use numerics::tensor::{Tensor, Vector};
 use particle_grid::tile::{self, ROW, WIDTH, padded_len};
-use particle_grid::{BLOCK, ParticleOrder, mac_offset, vectorised};
+use particle_grid::{ParticleOrder, mac_offset, vectorised};
 use rayon::prelude::*;
 
 /// Scratch of operator products.
@@ -82,12 +82,9 @@ pub(crate) fn into_tiles<const D: usize>(
 #[inline(always)]
 fn local<const D: usize>(grid: &LiquidGrid<D>, order: &ParticleOrder<D>, rank: usize, x: &Vector<D>) -> [f64; D] {
     let lattice = grid.lattice();
-    let block = order.blocks()[rank];
+    let low = lattice.block_low(&order.blocks()[rank]);
     let inverse_dx = 1.0 / lattice.dx;
-    std::array::from_fn(|a| {
-        let low = lattice.origin[a] * inverse_dx + f64::from(block[a]) * BLOCK as f64;
-        (x[a] * inverse_dx - low).max(0.0)
-    })
+    std::array::from_fn(|a| (x[a] * inverse_dx - low[a]).max(0.0))
 }
 
 /// Index of a tile entry for stencil digits above a base.

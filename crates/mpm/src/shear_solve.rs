@@ -532,7 +532,7 @@ impl<const D: usize> ShearSolver<D> {
         Ok(report)
     }
 
-    /// Nonlinear residual after the first iteration [N s], not more than a relinearisation would find. `None` where the operator cannot tell.
+    /// Nonlinear residual after the first iteration [N s], estimated from above without linearising anew. `None` where the operator cannot tell.
     ///
     /// At first a bound: whatever the liquid does, its stress cannot have left the linearisation by more than what it would have changed by if
     /// nothing had flowed. Where that is too much, the law is asked at some of the particles how much of it came true.

@@ -3,7 +3,6 @@
 use crate::blocks::BlockGrid;
 use crate::dispatch::vectorised;
 use crate::lanes::Lanes;
-use crate::lattice::BLOCK;
 use crate::order::ParticleOrder;
 use crate::tile::{ROW, WIDTH, load, padded_len};
 use numerics::bspline::Weights1;
@@ -36,9 +35,7 @@ pub fn gather<const D: usize>(
             for a in 0..D {
                 load(grid, block, fields[a], &mut tile[a * len..(a + 1) * len]);
             }
-            let coordinates = order.blocks()[rank];
-            let low: [f64; D] =
-                std::array::from_fn(|a| lattice.origin[a] * inverse_dx + f64::from(coordinates[a]) * BLOCK as f64);
+            let low = lattice.block_low(&order.blocks()[rank]);
             let positions = &positions[order.block_range(rank)];
             vectorised(
                 #[inline(always)]
@@ -85,9 +82,7 @@ pub fn sum_over_some<const D: usize>(
         for (tile, field) in tiles.chunks_exact_mut(len).zip(fields.as_flattened()) {
             load(grid, block, field, tile);
         }
-        let coordinates = order.blocks()[rank];
-        let low: [f64; D] =
-            std::array::from_fn(|a| lattice.origin[a] * inverse_dx + f64::from(coordinates[a]) * BLOCK as f64);
+        let low = lattice.block_low(&order.blocks()[rank]);
         let mut sums = [0.0; 2];
         for p in order.block_range(rank).step_by(stride) {
             let local: [f64; D] = std::array::from_fn(|a| (positions[p][a] * inverse_dx - low[a]).max(0.0));

@@ -70,6 +70,14 @@ impl<const D: usize> Lattice<D> {
         Vector::from_fn(|a, _| self.origin[a] + (f64::from(cell[a]) + offset[a]) * self.dx)
     }
 
+    /// Low corner of a block [cells from the origin of space]: what is taken off `x / dx` to get the position inside it.
+    #[inline(always)]
+    #[must_use]
+    pub fn block_low(&self, block: &[i32; D]) -> [f64; D] {
+        let inverse_dx = 1.0 / self.dx;
+        std::array::from_fn(|a| self.origin[a] * inverse_dx + f64::from(block[a]) * BLOCK as f64)
+    }
+
     /// Length of a periodic direction [m], zero where it is open.
     #[must_use]
     pub fn period(&self, axis: usize) -> f64 {

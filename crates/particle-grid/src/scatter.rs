@@ -6,7 +6,7 @@
 use crate::blocks::{BlockGrid, NONE};
 use crate::dispatch::vectorised;
 use crate::lanes::Lanes;
-use crate::lattice::{BLOCK, cells_per_block};
+use crate::lattice::cells_per_block;
 use crate::order::ParticleOrder;
 use crate::tile::{WIDTH, for_rows, tile_len};
 use numerics::bspline::Weights1;
@@ -70,9 +70,7 @@ pub fn scatter<const D: usize>(
             #[inline(always)]
             || {
                 tile.fill(Lanes::ZERO);
-                let block = order.blocks()[rank];
-                let low: [f64; D] =
-                    std::array::from_fn(|a| lattice.origin[a] * inverse_dx + f64::from(block[a]) * BLOCK as f64);
+                let low = lattice.block_low(&order.blocks()[rank]);
                 // Rounding may put a particle on the low side of its block; it belongs to it all the same.
                 let range = order.block_range(rank);
                 for p in range {

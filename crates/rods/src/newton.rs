@@ -200,23 +200,19 @@ fn weaker(mode: HessianMode) -> &'static [HessianMode] {
 }
 
 impl Group {
+    /// What to run for energy, gradient and matrix at the present iterate.
+    fn at_iterate<'a>(&'a self, frames: &'a mut [Frame], gradient: &'a mut [[F4; 4]]) -> Evaluation<'a> {
+        Evaluation { data: &self.data, base: &self.base, u: &self.u, frames, gradient }
+    }
+
     fn evaluate_at_iterate(&mut self, s: &mut Scratch, mode: HessianMode) -> Value {
-        Evaluation { data: &self.data, base: &self.base, u: &self.u, frames: &mut s.frames, gradient: &mut s.gradient }
-            .run(Some((&mut s.band.columns, mode)))
+        self.at_iterate(&mut s.frames, &mut s.gradient).run(Some((&mut s.band.columns, mode)))
     }
 
     pub fn bench_evaluate(&self, s: &mut Scratch, mode: Option<HessianMode>) -> f64 {
         s.resize(self.nv);
         let band = mode.map(|m| (s.band.columns.as_mut_slice(), m));
-        let value = Evaluation {
-            data: &self.data,
-            base: &self.base,
-            u: &self.u,
-            frames: &mut s.frames,
-            gradient: &mut s.gradient,
-        }
-        .run(band);
-        value.energy[0]
+        self.at_iterate(&mut s.frames, &mut s.gradient).run(band).energy[0]
     }
 
     /// Factors the matrix in `s.band`; where it is not positive definite, weaker ones of the same iterate.
@@ -239,14 +235,7 @@ impl Group {
         for &next in weaker(mode) {
             let shifts = if next == HessianMode::Shifted { 30 } else { 1 };
             for k in 0..shifts {
-                Evaluation {
-                    data: &self.data,
-                    base: &self.base,
-                    u: &self.u,
-                    frames: &mut s.frames,
-                    gradient: &mut s.gradient,
-                }
-                .run(Some((&mut s.spare.columns, next)));
+                self.at_iterate(&mut s.frames, &mut s.gradient).run(Some((&mut s.spare.columns, next)));
                 if next == HessianMode::Shifted {
                     let shift = 1e-12 * f64::powi(4.0, k);
                     for column in &mut s.spare.columns {
@@ -255,16 +244,8 @@ impl Group {
                         }
                     }
                 }
-                Self::mask_band(&self.fixed, self.count, &mut s.spare);
-                let pivots = s.spare.factor();
-                for l in 0..4 {
-                    if bad[l] && pivots[l].is_positive_definite() {
-                        s.band.copy_lane_from(&s.spare, l);
-                        bad[l] = false;
-                        level[l] = next;
-                    }
-                }
-                if !bad.contains(&true) {
+                let left = bad;
+                if self.take_spare(s, left, next, &mut bad, &mut level) {
                     return level;
                 }
             }
@@ -276,14 +257,7 @@ impl Group {
     fn factor_mixed(&self, s: &mut Scratch, lanes: [bool; 4], bad: &mut [bool; 4], level: &mut [HessianMode; 4]) {
         for (mode, columns) in [HessianMode::Exact, HessianMode::GaussNewton].into_iter().zip(&mut s.mixed) {
             columns.resize(s.band.columns.len(), [F4::ZERO; W]);
-            Evaluation {
-                data: &self.data,
-                base: &self.base,
-                u: &self.u,
-                frames: &mut s.frames,
-                gradient: &mut s.gradient,
-            }
-            .run(Some((columns, mode)));
+            self.at_iterate(&mut s.frames, &mut s.gradient).run(Some((columns, mode)));
         }
         for share in SHARES {
             let [exact, gauss_newton] = &s.mixed;
@@ -294,19 +268,32 @@ impl Group {
                     }
                 }
             }
-            Self::mask_band(&self.fixed, self.count, &mut s.spare);
-            let pivots = s.spare.factor();
-            for l in 0..4 {
-                if lanes[l] && bad[l] && pivots[l].is_positive_definite() {
-                    s.band.copy_lane_from(&s.spare, l);
-                    bad[l] = false;
-                    level[l] = HessianMode::GaussNewton;
-                }
-            }
-            if !(0..4).any(|l| lanes[l] && bad[l]) {
+            if self.take_spare(s, lanes, HessianMode::GaussNewton, bad, level) {
                 return;
             }
         }
+    }
+
+    /// Factors the matrix in `s.spare` and takes it over, as of `mode`, for those of the lanes that are still bad and whose it is positive
+    /// definite. Returns whether none of the lanes is bad any more.
+    fn take_spare(
+        &self,
+        s: &mut Scratch,
+        lanes: [bool; 4],
+        mode: HessianMode,
+        bad: &mut [bool; 4],
+        level: &mut [HessianMode; 4],
+    ) -> bool {
+        Self::mask_band(&self.fixed, self.count, &mut s.spare);
+        let pivots = s.spare.factor();
+        for l in 0..4 {
+            if lanes[l] && bad[l] && pivots[l].is_positive_definite() {
+                s.band.copy_lane_from(&s.spare, l);
+                bad[l] = false;
+                level[l] = mode;
+            }
+        }
+        !(0..4).any(|l| lanes[l] && bad[l])
     }
 
     /// Keeps a factor of the matrix at the accepted iterate, for Delassus columns.

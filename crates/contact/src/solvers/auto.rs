@@ -219,7 +219,8 @@ impl Auto {
         let products = elimination.as_ref().map_or(NEWTON_PRODUCTS, |e| e.block_products);
         let sweep = group.w.block_count() + LOCAL_SOLVE * group.len();
         let worth = NEWTON_FACTORS * products * 3 / sweep;
-        let mut budget = (NEWTON_SWEEPS * self.max_sweeps.saturating_mul(sweep)).max(2 * NEWTON_FACTORS * products);
+        let mut budget =
+            NEWTON_SWEEPS.saturating_mul(self.max_sweeps).saturating_mul(sweep).max(2 * NEWTON_FACTORS * products);
         let mut by_newton = |attempts: &[Attempt], elimination: &Elimination, r: &mut [Vec3]| {
             let max_iterations = self.max_newton_iterations;
             let newton = Newton { max_iterations, attempts, most_products: budget, ..Newton::default() };

@@ -22,7 +22,6 @@ use std::time::Instant;
 use ::contact::assembly::{AssemblyError, ContactSystem, InverseDynamics, PosedContact, assemble};
 use ::contact::block::Vec3;
 use ::contact::detection::{Contact, DetectionError, SolidField, StepSolid, Strands};
-use ::contact::law::ContactState;
 use numerics::lanes::F4;
 use rods::{RodSet, StrandInverse};
 
@@ -337,9 +336,7 @@ impl ContactWorld {
             if !(all || closes && gap < near || round == 0 && was_pressed(c)) {
                 return true;
             }
-            lists.active.push(*c);
-            lists.impulses.push([0.0; 3]);
-            lists.states.push(ContactState::Open);
+            lists.pose(*c);
             false
         });
         lists.spare = spare;

@@ -117,6 +117,15 @@ pub struct Lists {
     pub vectors: Vec<Vector3<f64>>,
 }
 
+impl Lists {
+    /// Takes a contact into the problem, so far without impulse.
+    pub fn pose(&mut self, contact: Contact) {
+        self.active.push(contact);
+        self.impulses.push([0.0; 3]);
+        self.states.push(ContactState::Open);
+    }
+}
+
 /// Figures of one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepFigures {

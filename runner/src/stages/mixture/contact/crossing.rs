@@ -39,13 +39,9 @@ impl ContactWorld {
                 more.push(new);
             }
         }
-        let lists = &mut self.lists;
-        for c in &more {
-            lists.active.push(*c);
-            lists.impulses.push([0.0; 3]);
-            lists.states.push(::contact::law::ContactState::Open);
-        }
-        !more.is_empty()
+        let any = !more.is_empty();
+        more.into_iter().for_each(|c| self.lists.pose(c));
+        any
     }
 }
 

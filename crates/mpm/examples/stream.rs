@@ -1,6 +1,6 @@
 //! Cost of a step of a falling stream of cream, stage by stage, and of the parts of a step: one thread, processor time.
 //!
-//! `cargo run -p mpm --example stream -- 10000 [steps] [material]`
+//! `cargo run -p mpm --example stream -- 10000 [steps] [material] [threads] [radius in mm]`: a column four radii high, or as high as a given radius makes it.
 
 use constitutive::{LawSettings, Liquid};
 use mpm::{HalfSpace, LiquidMaterial, LiquidSettings, LiquidStepper, Particle, Particles, Vector, fill};
@@ -16,8 +16,13 @@ fn main() {
     let liquid = Liquid::preset(name).expect("a liquid");
     let materials = vec![LiquidMaterial::new(&liquid, LawSettings::default()).expect("a liquid")];
     let volume = fill::sample_volume(&lattice, 4);
-    let radius = (count as f64 * volume / (4.0 * std::f64::consts::PI)).cbrt();
-    let (low, high) = (Vector::<3>::new(-radius, -radius, 0.0), Vector::<3>::new(radius, radius, 4.0 * radius));
+    let area = |radius: f64| std::f64::consts::PI * radius * radius;
+    let radius = match number(5, 0) {
+        0 => (count as f64 * volume / area(2.0)).cbrt(),
+        given => given as f64 * 1e-3,
+    };
+    let height = count as f64 * volume / area(radius);
+    let (low, high) = (Vector::<3>::new(-radius, -radius, 0.0), Vector::<3>::new(radius, radius, height));
     let mut particles = Particles::new(&materials);
     for x in fill::fill(&lattice, 4, &low, &high, |x| x.x.hypot(x.y) < radius) {
         let mut p = Particle::new(x, volume, 0, liquid.density);

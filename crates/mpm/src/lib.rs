@@ -9,7 +9,7 @@
 //! particles_to_grid  stage 3   mass, momentum, volume, shear force, volume ratio
 //! weights            stage 4   open shares, wall ties, free surface
 //! tearing            stage 5   which particles are torn
-//! shear_solve        stage 6   momentum with implicit shear (shear_state, shear_operator, shear_quadrature)
+//! shear_solve        stage 6   momentum with implicit shear (shear_state, shear_operator, shear_quadrature, shear_stencil)
 //! pressure_solve     stage 6   volume
 //! grid_to_particles  stage 7   velocities and affine matrices
 //! deformation        stage 8   volume ratio and trial strain
@@ -49,6 +49,7 @@ pub mod shear_operator;
 pub mod shear_quadrature;
 pub mod shear_solve;
 pub mod shear_state;
+pub mod shear_stencil;
 pub mod solid;
 pub mod source;
 pub mod step;

@@ -9,7 +9,7 @@ use crate::particles::Particles;
 use crate::shear_state::{PointTangent, ShearState};
 use numerics::bspline::Weights1;
 use numerics::tensor::{Tensor, Vector};
-use particle_grid::tile::{self, ROW, WIDTH, padded_len};
+use particle_grid::tile::{self, Part, ROW, WIDTH, padded_len};
 use particle_grid::{ParticleOrder, mac_offset, vectorised};
 use rayon::prelude::*;
 
@@ -29,11 +29,14 @@ impl OperatorScratch {
 
 /// Loads tiles of `q`, lets `work` fill tiles of results, and adds them up into `out`; both hold the `D` components one after
 /// the other.
+///
+/// - `part(rank)`: the part of the tiles that `work` reads and writes; the rest holds whatever it held
 pub(crate) fn through_tiles<const D: usize>(
     grid: &LiquidGrid<D>,
     q: &[f64],
     out: &mut [f64],
     scratch: &mut OperatorScratch,
+    part: impl Fn(usize) -> Part<D> + Sync,
     work: impl Fn(usize, &[f64], &mut [f64]) + Sync,
 ) {
     let blocks = &grid.blocks;
@@ -45,16 +48,16 @@ pub(crate) fn through_tiles<const D: usize>(
         || vec![0.0; stride],
         |input, (rank, result)| {
             let block = blocks.occupied()[rank] as usize;
+            let part = part(rank);
             for a in 0..D {
-                tile::load(blocks, block, &q[a * n..(a + 1) * n], &mut input[a * len..(a + 1) * len]);
+                let q = &q[a * n..(a + 1) * n];
+                tile::load(blocks, block, &part, q, &mut input[a * len..(a + 1) * len]);
+                tile::clear(&part, &mut result[a * len..(a + 1) * len]);
             }
-            result.fill(0.0);
             work(rank, input, result);
         },
     );
-    for (a, out) in out.chunks_mut(n.max(1)).enumerate().take(D) {
-        tile::sum(blocks, &scratch.tiles, stride, a * len, out);
-    }
+    tile::sum(blocks, &scratch.tiles, D, out);
 }
 
 /// Lets `work` fill tiles of results and adds them up into `out`.
@@ -65,17 +68,13 @@ pub(crate) fn into_tiles<const D: usize>(
     work: impl Fn(usize, &mut [f64]) + Sync,
 ) {
     let blocks = &grid.blocks;
-    let n = blocks.node_count();
-    let len = padded_len::<D>();
-    let stride = len * D;
+    let stride = padded_len::<D>() * D;
     scratch.tiles.resize(blocks.occupied().len() * stride, 0.0);
     scratch.tiles.par_chunks_mut(stride).enumerate().for_each(|(rank, result)| {
         result.fill(0.0);
         work(rank, result);
     });
-    for (a, out) in out.chunks_mut(n.max(1)).enumerate().take(D) {
-        tile::sum(blocks, &scratch.tiles, stride, a * len, out);
-    }
+    tile::sum(blocks, &scratch.tiles, D, out);
 }
 
 /// Position of a particle relative to its block [cells].
@@ -109,69 +108,82 @@ pub fn apply_particles<const D: usize>(
     // One factor 4/dx for each gradient, distances being in cells.
     let scale = 4.0 / dx;
     let (ny, nz) = (if D > 1 { 3 } else { 1 }, if D > 2 { 3 } else { 1 });
-    through_tiles(grid, q, out, scratch, |rank, input, result| {
-        vectorised(
-            #[inline(always)]
-            || {
-                for p in grid.order.block_range(rank) {
-                    let x = local(grid, &grid.order, rank, &particles.position[p]);
-                    let axes: [[Weights1; D]; D] = std::array::from_fn(|c| {
-                        let offset = mac_offset::<D>(c);
-                        std::array::from_fn(|a| Weights1::new(x[a], offset[a]))
-                    });
-                    let mut g = Tensor::<D>::zeros();
-                    for c in 0..D {
-                        let axis = &axes[c];
-                        let base: [usize; D] = std::array::from_fn(|a| (axis[a].base + 1).clamp(0, 4) as usize);
-                        let field = &input[c * len..(c + 1) * len];
-                        for k in 0..nz {
-                            let (wz, dz) = if D > 2 { (axis[2].weight[k], axis[2].distance[k]) } else { (1.0, 0.0) };
-                            for j in 0..ny {
-                                let (wy, dy) =
-                                    if D > 1 { (axis[1].weight[j], axis[1].distance[j]) } else { (1.0, 0.0) };
-                                let row = &field[entry(&base, j, k)..][..3];
-                                let (mut sum, mut moment) = (0.0, 0.0);
-                                for i in 0..3 {
-                                    let t = row[i] * axis[0].weight[i];
-                                    sum += t;
-                                    moment += t * axis[0].distance[i];
-                                }
-                                let w = wy * wz;
-                                g[(c, 0)] += w * moment;
-                                if D > 1 {
-                                    g[(c, 1)] += w * dy * sum;
-                                }
-                                if D > 2 {
-                                    g[(c, 2)] += w * dz * sum;
+    // Rounding may put a particle a hair outside its cell: nothing is left out.
+    through_tiles(
+        grid,
+        q,
+        out,
+        scratch,
+        |_| Part::WHOLE,
+        |rank, input, result| {
+            vectorised(
+                #[inline(always)]
+                || {
+                    for p in grid.order.block_range(rank) {
+                        let x = local(grid, &grid.order, rank, &particles.position[p]);
+                        let axes: [[Weights1; D]; D] = std::array::from_fn(|c| {
+                            let offset = mac_offset::<D>(c);
+                            std::array::from_fn(|a| Weights1::new(x[a], offset[a]))
+                        });
+                        let mut g = Tensor::<D>::zeros();
+                        for c in 0..D {
+                            let axis = &axes[c];
+                            let base: [usize; D] = std::array::from_fn(|a| (axis[a].base + 1).clamp(0, 4) as usize);
+                            let field = &input[c * len..(c + 1) * len];
+                            for k in 0..nz {
+                                let (wz, dz) =
+                                    if D > 2 { (axis[2].weight[k], axis[2].distance[k]) } else { (1.0, 0.0) };
+                                for j in 0..ny {
+                                    let (wy, dy) =
+                                        if D > 1 { (axis[1].weight[j], axis[1].distance[j]) } else { (1.0, 0.0) };
+                                    let row = &field[entry(&base, j, k)..][..3];
+                                    let (mut sum, mut moment) = (0.0, 0.0);
+                                    for i in 0..3 {
+                                        let t = row[i] * axis[0].weight[i];
+                                        sum += t;
+                                        moment += t * axis[0].distance[i];
+                                    }
+                                    let w = wy * wz;
+                                    g[(c, 0)] += w * moment;
+                                    if D > 1 {
+                                        g[(c, 1)] += w * dy * sum;
+                                    }
+                                    if D > 2 {
+                                        g[(c, 2)] += w * dz * sum;
+                                    }
                                 }
                             }
                         }
-                    }
-                    let l = state.tangent[p].apply(&(g * scale)) * (particles.rest_volume[p] * scale);
-                    for c in 0..D {
-                        let axis = &axes[c];
-                        let base: [usize; D] = std::array::from_fn(|a| (axis[a].base + 1).clamp(0, 4) as usize);
-                        let field = &mut result[c * len..(c + 1) * len];
-                        for k in 0..nz {
-                            let (wz, lz) =
-                                if D > 2 { (axis[2].weight[k], axis[2].distance[k] * l[(c, 2)]) } else { (1.0, 0.0) };
-                            for j in 0..ny {
-                                let (wy, ly) = if D > 1 {
-                                    (axis[1].weight[j], axis[1].distance[j] * l[(c, 1)])
+                        let l = state.tangent[p].apply(&(g * scale)) * (particles.rest_volume[p] * scale);
+                        for c in 0..D {
+                            let axis = &axes[c];
+                            let base: [usize; D] = std::array::from_fn(|a| (axis[a].base + 1).clamp(0, 4) as usize);
+                            let field = &mut result[c * len..(c + 1) * len];
+                            for k in 0..nz {
+                                let (wz, lz) = if D > 2 {
+                                    (axis[2].weight[k], axis[2].distance[k] * l[(c, 2)])
                                 } else {
                                     (1.0, 0.0)
                                 };
-                                let row = &mut field[entry(&base, j, k)..][..3];
-                                for i in 0..3 {
-                                    row[i] += wy * wz * axis[0].weight[i] * (axis[0].distance[i] * l[(c, 0)] + ly + lz);
+                                for j in 0..ny {
+                                    let (wy, ly) = if D > 1 {
+                                        (axis[1].weight[j], axis[1].distance[j] * l[(c, 1)])
+                                    } else {
+                                        (1.0, 0.0)
+                                    };
+                                    let row = &mut field[entry(&base, j, k)..][..3];
+                                    for i in 0..3 {
+                                        row[i] +=
+                                            wy * wz * axis[0].weight[i] * (axis[0].distance[i] * l[(c, 0)] + ly + lz);
+                                    }
                                 }
                             }
                         }
                     }
-                }
-            },
-        );
-    });
+                },
+            );
+        },
+    );
 }
 
 /// Diagonal of `H` through every particle, without the products of different directions: for preconditioning.

@@ -4,16 +4,15 @@
 //! each direction: the isotropic coefficient, the geometric deviator and the dyads add up exactly and keep their centre, so only
 //! the place where they act is approximated, to second order in the cell size wherever the particles lie. (Giving each particle
 //! to the sub-cell it is in is of first order for uneven samples: 21 % off with three particles per cell and direction, against
-//! 2 %.) All shares are positive, so a sum of positive tangents stays positive. Weights at sub-cell centres are constants; the sums
-//! over the stencil factorise into one direction after the other, with values and slopes of both points of a direction side by side
-//! in one vector register.
+//! 2 %.) All shares are positive, so a sum of positive tangents stays positive. Cells without particles hold no points and no memory;
+//! [`crate::shear_stencil`] sweeps the others.
 
 use crate::arrays;
 use crate::grid::LiquidGrid;
 use crate::particles::Particles;
 use crate::shear_operator::{OperatorScratch, into_tiles, through_tiles};
 use crate::shear_state::{PointTangent, ShearState, symmetric_index};
-use particle_grid::tile::{ROW, WIDTH, padded_len};
+use crate::shear_stencil::{LINES, NOTHING, Points, SQUARES, sweep};
 use particle_grid::{BLOCK, BlockGrid, Lanes, NONE, cells_per_block, vectorised};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -46,96 +45,35 @@ fn pair<const D: usize>(k: usize) -> (usize, usize) {
     if D == 2 { PAIRS_2[k] } else { PAIRS[k] }
 }
 
-/// Summed tangents of all sub-cells of the occupied blocks.
+/// Summed tangents of all sub-cells of the cells that hold particles.
 #[derive(Clone, Debug, Default)]
 pub struct Quadrature<const D: usize> {
-    /// Per occupied block, cell, number and point.
+    /// Per cell with particles, number and point.
     data: Vec<f64>,
-    /// Per occupied block, cell and point: summed coefficients of `sym G` if nothing flowed.
+    /// Per cell with particles and point: summed coefficients of `sym G` if nothing flowed.
     elastic: Vec<f64>,
-    /// Per occupied block, bit set of the cells that hold anything.
-    cells: Vec<u64>,
+    /// Per occupied block.
+    cells: Vec<Cells>,
 }
 
-/// Weights and slopes of the two points of a cell along one direction, on nodes `−1, 0, 1, 2` relative to the cell.
-///
-/// `FACED` belongs to the direction normal to the faces of a component (nodes on the low side of cells), `CENTRED` to the
-/// others. Slopes are `4 w d` with `d` in cells.
-struct Line {
-    weight: [[f64; 4]; 2],
-    slope: [[f64; 4]; 2],
+/// The cells of a block that hold anything.
+#[derive(Clone, Copy, Debug)]
+struct Cells {
+    /// Place of its first cell among those with particles.
+    first: u32,
+    /// Bit set of the cells with particles.
+    held: u64,
+    /// Bit set of the cells that resist anything.
+    used: u64,
 }
 
-const fn line(faced: bool) -> Line {
-    let mut out = Line { weight: [[0.0; 4]; 2], slope: [[0.0; 4]; 2] };
-    let mut point = 0;
-    while point < 2 {
-        // Distance of the point from the middle node of its stencil and the index of the first node.
-        let (f, first) = if faced {
-            if point == 0 { (0.25, 0) } else { (-0.25, 1) }
-        } else if point == 0 {
-            (-0.25, 0)
-        } else {
-            (0.25, 0)
-        };
-        let w = [0.5 * (0.5 - f) * (0.5 - f), 0.75 - f * f, 0.5 * (0.5 + f) * (0.5 + f)];
-        let d = [-1.0 - f, -f, 1.0 - f];
-        let mut i = 0;
-        while i < 3 {
-            out.weight[point][first + i] = w[i];
-            out.slope[point][first + i] = 4.0 * w[i] * d[i];
-            i += 1;
-        }
-        point += 1;
+impl Cells {
+    /// Place of a cell among all with particles.
+    #[inline(always)]
+    fn place(&self, cell: usize) -> usize {
+        self.first as usize + (self.held & ((1 << cell) - 1)).count_ones() as usize
     }
-    out
 }
-
-/// Squares of weights and slopes: what a diagonal needs.
-const fn squared(of: &Line) -> Line {
-    let mut out = Line { weight: [[0.0; 4]; 2], slope: [[0.0; 4]; 2] };
-    let mut k = 0;
-    while k < 8 {
-        let (p, i) = (k / 4, k % 4);
-        out.weight[p][i] = of.weight[p][i] * of.weight[p][i];
-        out.slope[p][i] = of.slope[p][i] * of.slope[p][i];
-        k += 1;
-    }
-    out
-}
-
-/// All constants of the stencils of one component.
-struct Lines {
-    /// Along x: for node `i` the lanes (weight of point 0, slope of point 0, weight of point 1, slope of point 1).
-    x: [Lanes; 4],
-    /// The same, lane by lane: the four nodes of each.
-    x_by_lane: [Lanes; 4],
-    y: Line,
-    z: Line,
-}
-
-const fn lines(component: usize, square: bool) -> Lines {
-    let x = if square { squared(&line(component == 0)) } else { line(component == 0) };
-    let y = if square { squared(&line(component == 1)) } else { line(component == 1) };
-    let z = if square { squared(&line(component == 2)) } else { line(component == 2) };
-    let mut out = Lines { x: [Lanes([0.0; 4]); 4], x_by_lane: [Lanes([0.0; 4]); 4], y, z };
-    let mut i = 0;
-    while i < 4 {
-        let lanes = [x.weight[0][i], x.slope[0][i], x.weight[1][i], x.slope[1][i]];
-        out.x[i] = Lanes(lanes);
-        let mut l = 0;
-        while l < 4 {
-            out.x_by_lane[l].0[i] = lanes[l];
-            l += 1;
-        }
-        i += 1;
-    }
-    out
-}
-
-/// Constants per component, and their squares.
-static LINES: [Lines; 3] = [lines(0, false), lines(1, false), lines(2, false)];
-static SQUARES: [Lines; 3] = [lines(0, true), lines(1, true), lines(2, true)];
 
 /// Cells along one direction of a block with one more on either side.
 const HALO: usize = BLOCK + 2;
@@ -278,16 +216,21 @@ impl<const D: usize> Quadrature<D> {
     pub fn build(&mut self, particles: &Particles<D>, state: &ShearState<D>, grid: &LiquidGrid<D>) {
         let per = cells_per_block::<D>();
         let (n, np, s) = (numbers::<D>(), points::<D>(), sym::<D>());
-        let occupied = grid.blocks.occupied().len();
         let lattice = grid.lattice();
         let inverse_dx = 1.0 / lattice.dx;
-        arrays::resize(&mut self.data, occupied * per * n * np, 0.0);
-        arrays::resize(&mut self.elastic, occupied * per * np, 0.0);
-        self.cells.resize(occupied, 0);
-        let blocks = self.data.par_chunks_mut(per * n * np).zip(self.elastic.par_chunks_mut(per * np));
-        blocks.zip(self.cells.par_iter_mut()).enumerate().for_each_init(
+        self.find_cells(grid);
+        let mut blocks = Vec::with_capacity(self.cells.len());
+        let (mut data, mut elastic) = (&mut self.data[..], &mut self.elastic[..]);
+        for cells in &mut self.cells {
+            let count = cells.held.count_ones() as usize;
+            let (own, rest) = data.split_at_mut(count * n * np);
+            let (own_elastic, rest_elastic) = elastic.split_at_mut(count * np);
+            blocks.push((own, own_elastic, cells));
+            (data, elastic) = (rest, rest_elastic);
+        }
+        blocks.into_par_iter().enumerate().for_each_init(
             || (vec![[0.0f64; MOST]; POINTS.pow(D as u32)], vec![0.0; POINTS.pow(D as u32)], Vec::new()),
-            |(sums, elastic_sums, ranges), (rank, ((data, elastic), used))| {
+            |(sums, elastic_sums, ranges), (rank, (data, elastic, cells))| {
                 surroundings(grid, rank, ranges);
                 // Shares only go to cells that hold particles: the others, most of them in thin streams, are left alone.
                 for cell in 0..per {
@@ -346,128 +289,127 @@ impl<const D: usize> Quadrature<D> {
                         },
                     );
                 }
-                *used = 0;
-                for cell in 0..per {
-                    if ranges[in_halo::<D>(cell)].1.is_empty() {
-                        continue;
-                    }
-                    let data = &mut data[cell * n * np..(cell + 1) * n * np];
+                cells.used = 0;
+                for cell in (0..per).filter(|cell| cells.held >> cell & 1 == 1) {
+                    let own = cells.place(cell) - cells.first as usize;
+                    let data = &mut data[own * n * np..(own + 1) * n * np];
                     let mut any = false;
                     for point in 0..np {
                         let index = point_of_block::<D>(cell, point);
                         for (k, value) in sums[index].iter().enumerate().take(n) {
                             data[k * np + point] = *value;
                         }
-                        elastic[cell * np + point] = elastic_sums[index];
+                        elastic[own * np + point] = elastic_sums[index];
                         any |= sums[index][0] != 0.0 || sums[index][1 + s..n].iter().any(|v| *v != 0.0);
                     }
-                    *used |= u64::from(any) << cell;
+                    cells.used |= u64::from(any) << cell;
                 }
             },
         );
     }
 
+    /// Finds the cells with particles and makes room for them.
+    fn find_cells(&mut self, grid: &LiquidGrid<D>) {
+        self.cells.clear();
+        let mut first = 0;
+        for rank in 0..grid.blocks.occupied().len() {
+            let held = (0..cells_per_block::<D>())
+                .filter(|&cell| !grid.order.cell_range(rank, cell).is_empty())
+                .fold(0u64, |held, cell| held | 1 << cell);
+            self.cells.push(Cells { first, held, used: 0 });
+            first += held.count_ones();
+        }
+        arrays::resize(&mut self.data, first as usize * numbers::<D>() * points::<D>(), 0.0);
+        arrays::resize(&mut self.elastic, first as usize * points::<D>(), 0.0);
+    }
+
     /// `out = H q`, components one after the other.
     pub fn apply(&self, grid: &LiquidGrid<D>, q: &[f64], out: &mut [f64], scratch: &mut OperatorScratch) {
-        let per = cells_per_block::<D>();
-        let (n, np) = (numbers::<D>(), points::<D>());
-        let len = padded_len::<D>();
+        let numbers = numbers::<D>() * points::<D>();
         let inverse_dx2 = 1.0 / (grid.lattice().dx * grid.lattice().dx);
-        through_tiles(grid, q, out, scratch, |rank, input, result| {
-            vectorised(
-                #[inline(always)]
-                || {
-                    let used = self.cells[rank];
-                    for cell in 0..per {
-                        if used >> cell & 1 == 0 {
-                            continue;
-                        }
-                        let at = corner::<D>(cell);
-                        let data = &self.data[(rank * per + cell) * n * np..][..n * np];
-                        let mut g = [[NOTHING; 3]; 3];
-                        for c in 0..D {
-                            spread::<D>(&input[c * len..(c + 1) * len], at, &LINES[c], &mut g[c]);
-                        }
-                        let l = act::<D>(data, &g, inverse_dx2);
-                        for c in 0..D {
-                            collect::<D>(&mut result[c * len..(c + 1) * len], at, &LINES[c], &l[c]);
-                        }
-                    }
-                },
-            );
-        });
+        through_tiles(
+            grid,
+            q,
+            out,
+            scratch,
+            |rank| *grid.blocks.reached(rank),
+            |rank, input, result| {
+                let cells = &self.cells[rank];
+                vectorised(
+                    #[inline(always)]
+                    || {
+                        sweep::<D>(cells.used, Some(input), result, &LINES, |cell, g| {
+                            act::<D>(&self.data[cells.place(cell) * numbers..][..numbers], g, inverse_dx2)
+                        });
+                    },
+                );
+            },
+        );
     }
 
     /// `out = H_e q` with the tangent that the liquid would have if nothing flowed: no change of stress exceeds what it gives.
     pub fn apply_elastic(&self, grid: &LiquidGrid<D>, q: &[f64], out: &mut [f64], scratch: &mut OperatorScratch) {
-        let (per, np, len) = (cells_per_block::<D>(), points::<D>(), padded_len::<D>());
+        let np = points::<D>();
         let inverse_dx2 = 1.0 / (grid.lattice().dx * grid.lattice().dx);
-        through_tiles(grid, q, out, scratch, |rank, input, result| {
-            vectorised(
-                #[inline(always)]
-                || {
-                    for cell in 0..per {
-                        if self.cells[rank] >> cell & 1 == 0 {
-                            continue;
-                        }
-                        let at = corner::<D>(cell);
-                        let coefficient = &self.elastic[(rank * per + cell) * np..][..np];
-                        let mut g = [[NOTHING; 3]; 3];
-                        for c in 0..D {
-                            spread::<D>(&input[c * len..(c + 1) * len], at, &LINES[c], &mut g[c]);
-                        }
-                        let mut l = [[NOTHING; 3]; 3];
-                        for u in 0..np / 4 {
-                            let factor = read(coefficient, 0, np, u) * (0.5 * inverse_dx2);
-                            for i in 0..D {
-                                for j in 0..D {
-                                    l[i][j][u] = factor * (g[i][j][u] + g[j][i][u]);
+        through_tiles(
+            grid,
+            q,
+            out,
+            scratch,
+            |rank| *grid.blocks.reached(rank),
+            |rank, input, result| {
+                let cells = &self.cells[rank];
+                vectorised(
+                    #[inline(always)]
+                    || {
+                        sweep::<D>(cells.used, Some(input), result, &LINES, |cell, g| {
+                            let coefficient = &self.elastic[cells.place(cell) * np..][..np];
+                            let mut l = [[NOTHING; 3]; 3];
+                            for u in 0..np / 4 {
+                                let factor = read(coefficient, 0, np, u) * (0.5 * inverse_dx2);
+                                for i in 0..D {
+                                    for j in 0..D {
+                                        l[i][j][u] = factor * (g[i][j][u] + g[j][i][u]);
+                                    }
                                 }
                             }
-                        }
-                        for c in 0..D {
-                            collect::<D>(&mut result[c * len..(c + 1) * len], at, &LINES[c], &l[c]);
-                        }
-                    }
-                },
-            );
-        });
+                            l
+                        });
+                    },
+                );
+            },
+        );
     }
 
     /// Diagonal of `H` without the products of different directions: for preconditioning.
     pub fn diagonal(&self, grid: &LiquidGrid<D>, out: &mut [f64], scratch: &mut OperatorScratch) {
-        let per = cells_per_block::<D>();
         let (n, np, s) = (numbers::<D>(), points::<D>(), sym::<D>());
-        let len = padded_len::<D>();
         let inverse_dx2 = 1.0 / (grid.lattice().dx * grid.lattice().dx);
         into_tiles(grid, out, scratch, |rank, result| {
+            let cells = &self.cells[rank];
             vectorised(
                 #[inline(always)]
                 || {
-                    for cell in 0..per {
-                        if self.cells[rank] >> cell & 1 == 0 {
-                            continue;
-                        }
-                        let at = corner::<D>(cell);
-                        let data = &self.data[(rank * per + cell) * n * np..][..n * np];
+                    sweep::<D>(cells.used, None, result, &SQUARES, |cell, _| {
+                        let data = &self.data[cells.place(cell) * n * np..][..n * np];
+                        let mut l = [[NOTHING; 3]; 3];
                         for c in 0..D {
                             // L[e_c ⊗ e_a]_{ca} of the summed tangents.
-                            let mut q = [NOTHING; 3];
                             for a in 0..D {
                                 let equal = if c == a { 1.0 } else { 0.0 };
                                 let k = symmetric_index::<D>(c.min(a), c.max(a));
                                 let dyad = 1 + s + k * s - k * (k + 1) / 2 + k;
                                 for u in 0..np / 4 {
-                                    q[a][u] = (read(data, 0, np, u) * (0.5 * (1.0 + equal) - equal / D as f64)
+                                    l[c][a][u] = (read(data, 0, np, u) * (0.5 * (1.0 + equal) - equal / D as f64)
                                         + read(data, 1 + a, np, u)
                                         + read(data, 1 + c, np, u) * (-equal * 4.0 / D as f64)
                                         + read(data, dyad, np, u))
                                         * inverse_dx2;
                                 }
                             }
-                            collect::<D>(&mut result[c * len..(c + 1) * len], at, &SQUARES[c], &q);
                         }
-                    }
+                        l
+                    });
                 },
             );
         });
@@ -476,104 +418,7 @@ impl<const D: usize> Quadrature<D> {
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        8 * (self.data.capacity() + self.elastic.capacity() + self.cells.capacity())
-    }
-}
-
-/// Tile index of node −1 of a cell.
-#[inline(always)]
-fn corner<const D: usize>(cell: usize) -> usize {
-    let digits = particle_grid::lattice::local_digits::<D>(cell);
-    match D {
-        2 => digits[1] * ROW + digits[0],
-        _ => (digits[2] * WIDTH + digits[1]) * ROW + digits[0],
-    }
-}
-
-/// One number at each point of a cell: lanes over four points, those of the lower half first.
-type Points = [Lanes; 2];
-/// Nothing at all points.
-const NOTHING: Points = [Lanes::ZERO; 2];
-
-/// Gradients of one component at the points of a cell: `g[axis]` [1/cell].
-#[inline(always)]
-fn spread<const D: usize>(field: &[f64], at: usize, lines: &Lines, g: &mut [Points; 3]) {
-    let Lines { x, y, z, .. } = lines;
-    let nz = if D > 2 { 4 } else { 1 };
-    // Per z: values and y-slopes of both points along y, lanes (value, x-slope) of both points along x.
-    let mut value = [[Lanes::ZERO; 2]; 4];
-    let mut slope = [[Lanes::ZERO; 2]; 4];
-    for k in 0..nz {
-        for j in 0..4 {
-            let row = &field[at + (k * WIDTH + j) * ROW..][..4];
-            let lanes = x[0] * row[0] + x[1] * row[1] + (x[2] * row[2] + x[3] * row[3]);
-            for t in 0..2 {
-                value[k][t] += lanes * y.weight[t][j];
-                slope[k][t] += lanes * y.slope[t][j];
-            }
-        }
-    }
-    for u in 0..if D > 2 { 2 } else { 1 } {
-        let mut v = [Lanes::ZERO; 2];
-        let mut sy = [Lanes::ZERO; 2];
-        let mut sz = [Lanes::ZERO; 2];
-        for t in 0..2 {
-            if D > 2 {
-                for k in 0..4 {
-                    v[t] += value[k][t] * z.weight[u][k];
-                    sy[t] += slope[k][t] * z.weight[u][k];
-                    sz[t] += value[k][t] * z.slope[u][k];
-                }
-            } else {
-                v[t] = value[0][t];
-                sy[t] = slope[0][t];
-            }
-        }
-        // Points of a half: x fastest, then y.
-        g[0][u] = Lanes([v[0].0[1], v[0].0[3], v[1].0[1], v[1].0[3]]);
-        g[1][u] = Lanes([sy[0].0[0], sy[0].0[2], sy[1].0[0], sy[1].0[2]]);
-        g[2][u] = Lanes([sz[0].0[0], sz[0].0[2], sz[1].0[0], sz[1].0[2]]);
-    }
-}
-
-/// Transpose of [`spread`]: adds the stresses `l[axis]` of one component to a tile.
-#[inline(always)]
-fn collect<const D: usize>(field: &mut [f64], at: usize, lines: &Lines, l: &[Points; 3]) {
-    let Lines { x_by_lane: x, y, z, .. } = lines;
-    let nz = if D > 2 { 4 } else { 1 };
-    let mut value = [[Lanes::ZERO; 2]; 4];
-    let mut slope = [[Lanes::ZERO; 2]; 4];
-    for u in 0..if D > 2 { 2 } else { 1 } {
-        for t in 0..2 {
-            let (p, q) = (2 * t, 2 * t + 1);
-            // Lanes (value, x-slope) of both points along x.
-            let v = Lanes([0.0, l[0][u].0[p], 0.0, l[0][u].0[q]]);
-            let sy = Lanes([l[1][u].0[p], 0.0, l[1][u].0[q], 0.0]);
-            if D > 2 {
-                let sz = Lanes([l[2][u].0[p], 0.0, l[2][u].0[q], 0.0]);
-                for k in 0..4 {
-                    value[k][t] += v * z.weight[u][k] + sz * z.slope[u][k];
-                    slope[k][t] += sy * z.weight[u][k];
-                }
-            } else {
-                value[0][t] += v;
-                slope[0][t] += sy;
-            }
-        }
-    }
-    for k in 0..nz {
-        for j in 0..4 {
-            let mut lanes = Lanes::ZERO;
-            for t in 0..2 {
-                lanes += value[k][t] * y.weight[t][j] + slope[k][t] * y.slope[t][j];
-            }
-            let [a, b, c, d] = lanes.0;
-            let sum = (x[0] * a + x[1] * b) + (x[2] * c + x[3] * d);
-            let row = &mut field[at + (k * WIDTH + j) * ROW..][..4];
-            for i in 0..4 {
-                row[i] += sum.0[i];
-            }
-        }
+        8 * (self.data.capacity() + self.elastic.capacity()) + size_of::<Cells>() * self.cells.capacity()
     }
 }
 
@@ -636,24 +481,4 @@ fn act<const D: usize>(data: &[f64], g: &[[Points; 3]; 3], scale: f64) -> [[Poin
         }
     }
     out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use numerics::bspline::Weights1;
-
-    #[test]
-    fn constant_weights_are_those_of_the_kernel() {
-        for (faced, l) in [(true, line(true)), (false, line(false))] {
-            for point in 0..2 {
-                let w = Weights1::new(5.25 + 0.5 * point as f64, if faced { 0.0 } else { 0.5 });
-                for i in 0..3 {
-                    let node = (w.base - 4) as usize + i;
-                    assert!((l.weight[point][node] - w.weight[i]).abs() < 1e-15);
-                    assert!((l.slope[point][node] - 4.0 * w.weight[i] * w.distance[i]).abs() < 1e-15);
-                }
-            }
-        }
-    }
 }

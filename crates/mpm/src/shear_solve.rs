@@ -98,6 +98,13 @@ pub struct ShearSolver<const D: usize> {
     delta: Vec<f64>,
     rhs: Vec<f64>,
     work: Vec<f64>,
+    /// Forces that answer `work`.
+    force: Vec<f64>,
+    /// Faces that move on their own: the unknowns of the linear solves, few of all faces of a thin stream's blocks.
+    active: Vec<u32>,
+    /// Right-hand side and solution of these.
+    active_rhs: Vec<f64>,
+    active_delta: Vec<f64>,
     values: Vec<Vector<D>>,
     gradients: Vec<Tensor<D>>,
     resists: bool,
@@ -188,7 +195,10 @@ pub fn impose_walls<const D: usize>(grid: &mut LiquidGrid<D>) {
     follow_walls(grid);
 }
 
+/// The system of the faces that move on their own; what the others do follows from these.
 struct System<'a, const D: usize> {
+    /// Places of the unknowns in the arrays of all components.
+    active: &'a [u32],
     ghosts: &'a [Ghost],
     particles: &'a Particles<D>,
     grid: &'a LiquidGrid<D>,
@@ -197,33 +207,36 @@ struct System<'a, const D: usize> {
     operator: &'a mut OperatorScratch,
     mass: &'a [f64],
     inverse_diagonal: &'a [f64],
+    /// All faces: a motion, zero but for the unknowns and what follows them, and the forces that answer it.
     work: &'a mut Vec<f64>,
+    force: &'a mut Vec<f64>,
     dt2: f64,
     which: ShearOperator,
 }
 
 impl<const D: usize> PreconditionedSystem for System<'_, D> {
     fn apply(&mut self, v: &[f64], out: &mut [f64]) {
-        self.work.clear();
-        self.work.extend_from_slice(v);
+        for (&k, v) in self.active.iter().zip(v) {
+            self.work[k as usize] = *v;
+        }
         expand(self.grid, self.work, false);
         show(self.ghosts, self.work);
         match self.which {
             ShearOperator::Particles => {
-                apply_particles(self.particles, self.state, self.grid, self.work, out, self.operator);
+                apply_particles(self.particles, self.state, self.grid, self.work, self.force, self.operator);
             }
-            _ => self.quadrature.apply(self.grid, self.work, out, self.operator),
+            _ => self.quadrature.apply(self.grid, self.work, self.force, self.operator),
         }
-        give_back(self.ghosts, out);
-        fold(self.grid, out);
-        for ((o, m), v) in out.iter_mut().zip(self.mass).zip(v) {
-            *o = if *m > 0.0 { m * v + self.dt2 * *o } else { 0.0 };
+        give_back(self.ghosts, self.force);
+        fold(self.grid, self.force);
+        for ((o, v), &k) in out.iter_mut().zip(v).zip(self.active) {
+            *o = self.mass[k as usize] * v + self.dt2 * self.force[k as usize];
         }
     }
 
     fn precondition(&mut self, r: &[f64], z: &mut [f64]) {
-        for ((z, r), d) in z.iter_mut().zip(r).zip(self.inverse_diagonal) {
-            *z = r * d;
+        for ((z, r), &k) in z.iter_mut().zip(r).zip(self.active) {
+            *z = r * self.inverse_diagonal[k as usize];
         }
     }
 }
@@ -331,6 +344,8 @@ impl<const D: usize> ShearSolver<D> {
                 }
             }
         }
+        self.active.clear();
+        self.active.extend((0..self.mass.len() as u32).filter(|&k| self.mass[k as usize] > 0.0));
         self.fresh = true;
         let dx = grid.lattice().dx;
         self.chosen = match settings.operator {
@@ -357,20 +372,22 @@ impl<const D: usize> ShearSolver<D> {
         let n = grid.blocks.node_count();
         for a in 0..D {
             let mass = &grid.face[a].mass;
-            // One direction after the other: faces across an edge or a corner show what the face between shows.
-            let mut shown: Vec<u32> =
-                (0..n as u32).map(|i| if mass[i as usize] > grid.mass_floor { i } else { NONE }).collect();
+            // One direction after the other: faces across an edge or a corner show what the face between shows. Of two
+            // neighbours along a direction the lower one is shown.
+            let mut shown = vec![NONE; n];
+            let mut showing: Vec<u32> = (0..n as u32).filter(|&i| mass[i as usize] > grid.mass_floor).collect();
+            for &i in &showing {
+                shown[i as usize] = i;
+            }
             for axis in 0..D {
-                let before = shown.clone();
-                for i in 0..n {
-                    if before[i] != NONE {
-                        continue;
-                    }
-                    for side in [-1, 1] {
-                        let o = grid.blocks.along(i, axis, side);
-                        if o != NONE && before[o as usize] != NONE {
-                            shown[i] = before[o as usize];
-                            break;
+                let before = showing.len();
+                for side in [1, -1] {
+                    for k in 0..before {
+                        let i = showing[k];
+                        let o = grid.blocks.along(i as usize, axis, side);
+                        if o != NONE && shown[o as usize] == NONE {
+                            shown[o as usize] = shown[i as usize];
+                            showing.push(o);
                         }
                     }
                 }
@@ -552,10 +569,9 @@ impl<const D: usize> ShearSolver<D> {
         self.work.extend_from_slice(&self.delta);
         expand(grid, &mut self.work, false);
         show(&self.ghosts, &mut self.work);
-        let mut force = std::mem::take(&mut self.rhs);
-        self.quadrature.apply_elastic(grid, &self.work, &mut force, &mut self.operator);
-        let bound = dt * dt * numerics::reduce::norm(&force);
-        self.rhs = force;
+        self.force.resize(self.work.len(), 0.0);
+        self.quadrature.apply_elastic(grid, &self.work, &mut self.force, &mut self.operator);
+        let bound = dt * dt * numerics::reduce::norm(&self.force);
         if bound <= settings.newton_tolerance * size {
             return Some(bound);
         }
@@ -609,15 +625,14 @@ impl<const D: usize> ShearSolver<D> {
             }
         }
         show(&self.ghosts, &mut self.work);
-        let mut force = std::mem::take(&mut self.rhs);
+        self.force.resize(self.work.len(), 0.0);
         match self.chosen {
             ShearOperator::Particles => {
-                apply_particles(particles, &self.state, grid, &self.work, &mut force, &mut self.operator);
+                apply_particles(particles, &self.state, grid, &self.work, &mut self.force, &mut self.operator);
             }
-            _ => self.quadrature.apply(grid, &self.work, &mut force, &mut self.operator),
+            _ => self.quadrature.apply(grid, &self.work, &mut self.force, &mut self.operator),
         }
-        let shear = dt * dt * numerics::reduce::dot(&force, &self.work);
-        self.rhs = force;
+        let shear = dt * dt * numerics::reduce::dot(&self.force, &self.work);
         shear > DISTURBED * kinetic
     }
 
@@ -801,7 +816,16 @@ impl<const D: usize> ShearSolver<D> {
         }
         let mut total: Option<SolveReport> = None;
         loop {
+            self.work.clear();
+            self.work.resize(self.mass.len(), 0.0);
+            self.force.resize(self.mass.len(), 0.0);
+            for (compact, all) in [(&mut self.active_rhs, &self.rhs), (&mut self.active_delta, &self.delta)] {
+                compact.clear();
+                arrays::room(compact, self.active.len());
+                compact.extend(self.active.iter().map(|&k| all[k as usize]));
+            }
             let mut system = System {
+                active: &self.active,
                 ghosts: &self.ghosts,
                 particles,
                 grid,
@@ -811,10 +835,15 @@ impl<const D: usize> ShearSolver<D> {
                 mass: &self.mass,
                 inverse_diagonal: &self.inverse_diagonal,
                 work: &mut self.work,
+                force: &mut self.force,
                 dt2: dt * dt,
                 which: self.chosen,
             };
-            let mut solve = pcg::solve_system(&mut system, &self.rhs, &mut self.delta, &mut self.krylov, &settings.pcg);
+            let (rhs, delta) = (&self.active_rhs, &mut self.active_delta);
+            let mut solve = pcg::solve_system(&mut system, rhs, delta, &mut self.krylov, &settings.pcg);
+            for (&k, d) in self.active.iter().zip(&self.active_delta) {
+                self.delta[k as usize] = *d;
+            }
             if let Some(before) = total {
                 solve.iterations += before.iterations;
             }
@@ -870,6 +899,10 @@ impl<const D: usize> ShearSolver<D> {
                 + self.delta.capacity()
                 + self.rhs.capacity()
                 + self.work.capacity()
+                + self.force.capacity()
+                + self.active_rhs.capacity()
+                + self.active_delta.capacity()
+                + self.active.capacity() / 2
                 + self.reference_force.capacity()
                 + 2 * self.liquid.capacity())
             + self.values.capacity() * size_of::<Vector<D>>()

@@ -2,6 +2,7 @@
 
 use crate::lattice::{BLOCK, Lattice, cells_per_block, local_digits, local_index, pack, unpack};
 use crate::order::ParticleOrder;
+use crate::tile::Part;
 
 /// Marks a block or node that is not active.
 pub const NONE: u32 = u32::MAX;
@@ -29,6 +30,8 @@ pub struct BlockGrid<const D: usize> {
     occupied: Vec<u32>,
     /// For each active block its rank among the occupied ones, or [`NONE`].
     rank: Vec<u32>,
+    /// For each occupied block the part of its tile that stencils of its particles reach.
+    reached: Vec<Part<D>>,
     lookup: Lookup<D>,
 }
 
@@ -43,6 +46,7 @@ impl<const D: usize> BlockGrid<D> {
             neighbours: Vec::new(),
             occupied: Vec::new(),
             rank: Vec::new(),
+            reached: Vec::new(),
             lookup: Lookup { low: None, size: [0; D], table: Vec::new() },
         }
     }
@@ -97,7 +101,10 @@ impl<const D: usize> BlockGrid<D> {
         self.occupied.clear();
         self.rank.clear();
         self.rank.resize(self.blocks.len(), NONE);
+        self.reached.clear();
         for (rank, &block) in order.blocks().iter().enumerate() {
+            let (low, high) = order.extent(rank);
+            self.reached.push(Part::around(&low, &high));
             let index = self.find(block);
             self.occupied.push(index);
             self.rank[index as usize] = rank as u32;
@@ -207,6 +214,13 @@ impl<const D: usize> BlockGrid<D> {
     #[must_use]
     pub fn rank(&self, block: usize) -> u32 {
         self.rank[block]
+    }
+
+    /// The part of the tile of an occupied block (by rank) that stencils of its particles reach.
+    #[inline(always)]
+    #[must_use]
+    pub fn reached(&self, rank: usize) -> &Part<D> {
+        &self.reached[rank]
     }
 
     /// The `3^D` neighbours of an active block by slot ([`NONE`] where inactive); the middle one is the block itself.

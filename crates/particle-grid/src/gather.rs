@@ -4,7 +4,7 @@ use crate::blocks::BlockGrid;
 use crate::dispatch::vectorised;
 use crate::lanes::Lanes;
 use crate::order::ParticleOrder;
-use crate::tile::{ROW, WIDTH, load, padded_len};
+use crate::tile::{Part, ROW, WIDTH, load, padded_len};
 use numerics::bspline::Weights1;
 use numerics::tensor::{Tensor, Vector};
 use rayon::prelude::*;
@@ -33,7 +33,7 @@ pub fn gather<const D: usize>(
         |tile, (rank, (values, gradients))| {
             let block = grid.occupied()[rank] as usize;
             for a in 0..D {
-                load(grid, block, fields[a], &mut tile[a * len..(a + 1) * len]);
+                load(grid, block, &Part::WHOLE, fields[a], &mut tile[a * len..(a + 1) * len]);
             }
             let low = lattice.block_low(&order.blocks()[rank]);
             let positions = &positions[order.block_range(rank)];
@@ -80,7 +80,7 @@ pub fn sum_over_some<const D: usize>(
     let of_block = |tiles: &mut Vec<f64>, rank: usize| {
         let block = grid.occupied()[rank] as usize;
         for (tile, field) in tiles.chunks_exact_mut(len).zip(fields.as_flattened()) {
-            load(grid, block, field, tile);
+            load(grid, block, &Part::WHOLE, field, tile);
         }
         let low = lattice.block_low(&order.blocks()[rank]);
         let mut sums = [0.0; 2];

@@ -8,7 +8,7 @@ use crate::dispatch::vectorised;
 use crate::lanes::Lanes;
 use crate::lattice::cells_per_block;
 use crate::order::ParticleOrder;
-use crate::tile::{WIDTH, for_rows, tile_len};
+use crate::tile::{Added, WIDTH, for_rows, tile_len};
 use numerics::bspline::Weights1;
 use numerics::tensor::Vector;
 use rayon::prelude::*;
@@ -91,12 +91,10 @@ pub fn scatter<const D: usize>(
             if neighbour == NONE || grid.rank(neighbour as usize) == NONE {
                 continue;
             }
-            let tile = &tiles[grid.rank(neighbour as usize) as usize * len..][..len];
-            for_rows(&BlockGrid::<D>::slot_offset(slot), WIDTH, |own, at, count| {
-                for k in 0..count {
-                    nodes[own + k] += tile[at + k];
-                }
-            });
+            let rank = grid.rank(neighbour as usize) as usize;
+            let from = &tiles[rank * len..][..len];
+            let offset = BlockGrid::<D>::slot_offset(slot);
+            for_rows(&offset, WIDTH, grid.reached(rank), &mut Added { from, to: nodes });
         }
     });
 }

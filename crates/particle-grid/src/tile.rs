@@ -33,32 +33,127 @@ const fn overlap(offset: i32) -> (usize, usize, usize) {
     }
 }
 
-/// Calls `row(own node, tile node, count)` for the rows that a block's own nodes share with the tile of a neighbour.
+/// Nodes of a tile, per direction from the first to before the last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part<const D: usize> {
+    low: [u8; D],
+    high: [u8; D],
+}
+
+impl<const D: usize> Part<D> {
+    /// All nodes.
+    pub const WHOLE: Self = Self { low: [0; D], high: [WIDTH as u8; D] };
+
+    /// The nodes that stencils of the cells from `low` to `high` (both included) reach.
+    #[must_use]
+    pub(crate) fn around(low: &[u8; D], high: &[u8; D]) -> Self {
+        Self { low: *low, high: high.map(|h| h + 4) }
+    }
+
+    /// [`overlap`] inside the part; rows along x are kept whole.
+    #[inline(always)]
+    fn clip(&self, axis: usize, (own, at, count): (usize, usize, usize)) -> (usize, usize, usize) {
+        let (low, high) = (self.low[axis] as usize, self.high[axis] as usize);
+        let (first, last) = (at.max(low), (at + count).min(high));
+        if first >= last {
+            (0, 0, 0)
+        } else if axis == 0 {
+            (own, at, count)
+        } else {
+            (own + first - at, first, last - first)
+        }
+    }
+}
+
+/// What happens to a short row that a block's own nodes share with a tile; its length is known to the compiler.
+pub(crate) trait Row {
+    /// A row of `N` nodes, from node `own` of the block and node `tile` of the tile.
+    fn row<const N: usize>(&mut self, own: usize, tile: usize);
+}
+
+/// Calls `work` for the rows that a block's own nodes share with a part of the tile of a neighbour.
+///
+/// - `offset`: of the neighbour, in blocks
+/// - `width`: stride of a row of the tile
 #[inline(always)]
-pub(crate) fn for_rows<const D: usize>(offset: &[i32; D], width: usize, mut row: impl FnMut(usize, usize, usize)) {
-    let part: [(usize, usize, usize); D] = std::array::from_fn(|a| overlap(offset[a]));
-    let (ny, nz) = (if D > 1 { part[1].2 } else { 1 }, if D > 2 { part[2].2 } else { 1 });
+pub(crate) fn for_rows<const D: usize>(offset: &[i32; D], width: usize, within: &Part<D>, work: &mut impl Row) {
+    let (own, tile, count) = within.clip(0, overlap(offset[0]));
+    match count {
+        4 => rows::<D, 4>(offset, width, within, own, tile, work),
+        2 => rows::<D, 2>(offset, width, within, own, tile, work),
+        1 => rows::<D, 1>(offset, width, within, own, tile, work),
+        _ => {}
+    }
+}
+
+#[inline(always)]
+fn rows<const D: usize, const N: usize>(
+    offset: &[i32; D],
+    width: usize,
+    within: &Part<D>,
+    own_x: usize,
+    tile_x: usize,
+    work: &mut impl Row,
+) {
+    let along = |a: usize| if a < D { within.clip(a, overlap(offset[a])) } else { (0, 0, 1) };
+    let ((own_y, tile_y, ny), (own_z, tile_z, nz)) = (along(1), along(2));
     for z in 0..nz {
         for y in 0..ny {
-            let mut own = 0;
-            let mut tile = 0;
-            if D > 2 {
-                own = part[2].0 + z;
-                tile = part[2].1 + z;
-            }
-            if D > 1 {
-                own = own * BLOCK + part[1].0 + y;
-                tile = tile * WIDTH + part[1].1 + y;
-            }
-            row(own * BLOCK + part[0].0, tile * width + part[0].1, part[0].2);
+            let own = ((own_z + z) * BLOCK + own_y + y) * BLOCK + own_x;
+            let tile = ((tile_z + z) * WIDTH + tile_y + y) * width + tile_x;
+            work.row::<N>(own, tile);
+        }
+    }
+}
+
+/// Copies nodes of a block into a tile.
+struct Copied<'a> {
+    from: &'a [f64],
+    to: &'a mut [f64],
+}
+
+impl Row for Copied<'_> {
+    #[inline(always)]
+    fn row<const N: usize>(&mut self, own: usize, tile: usize) {
+        self.to[tile..tile + N].copy_from_slice(&self.from[own..own + N]);
+    }
+}
+
+/// Adds nodes of a tile to those of a block.
+pub(crate) struct Added<'a, T> {
+    /// The tile.
+    pub from: &'a [T],
+    /// The block.
+    pub to: &'a mut [T],
+}
+
+impl<T: Copy + std::ops::AddAssign> Row for Added<'_, T> {
+    #[inline(always)]
+    fn row<const N: usize>(&mut self, own: usize, tile: usize) {
+        let (to, from) = (&mut self.to[own..own + N], &self.from[tile..tile + N]);
+        for k in 0..N {
+            to[k] += from[k];
+        }
+    }
+}
+
+/// Sets a part of a scalar tile with padded rows to zero.
+#[inline(always)]
+pub fn clear<const D: usize>(part: &Part<D>, tile: &mut [f64]) {
+    let range = |a: usize| if a < D { part.low[a] as usize..part.high[a] as usize } else { 0..1 };
+    for z in range(2) {
+        for y in range(1) {
+            tile[(z * WIDTH + y) * ROW..][..ROW].fill(0.0);
         }
     }
 }
 
 /// Copies the nodes around a block into a scalar tile with padded rows; inactive nodes read as zero.
+///
+/// - `within`: the part of the tile that will be read; the rest is left as it is
 #[inline(always)]
-pub fn load<const D: usize>(grid: &BlockGrid<D>, block: usize, field: &[f64], tile: &mut [f64]) {
-    tile.fill(0.0);
+pub fn load<const D: usize>(grid: &BlockGrid<D>, block: usize, within: &Part<D>, field: &[f64], tile: &mut [f64]) {
+    clear(within, tile);
     let per = cells_per_block::<D>();
     for (slot, &neighbour) in grid.neighbours(block).iter().enumerate().take(BlockGrid::<D>::NEIGHBOURS) {
         if neighbour == NONE {
@@ -67,28 +162,28 @@ pub fn load<const D: usize>(grid: &BlockGrid<D>, block: usize, field: &[f64], ti
         let source = &field[neighbour as usize * per..][..per];
         // Seen from the neighbour, this block's tile lies in the opposite direction.
         let offset = BlockGrid::<D>::slot_offset(slot).map(|o| -o);
-        for_rows(&offset, ROW, |own, at, count| tile[at..at + count].copy_from_slice(&source[own..own + count]));
+        for_rows(&offset, ROW, within, &mut Copied { from: source, to: tile });
     }
 }
 
-/// Adds scalar tiles with padded rows, one set per occupied block, into a field (overwritten), in the order of the neighbour table.
+/// Adds scalar tiles with padded rows, one set per occupied block, into fields that lie one after the other (overwritten), in the order of
+/// the neighbour table. Only the part of a tile that the particles of its block reach is read.
 ///
-/// - `tiles`: sets of `stride` numbers, by rank of the occupied block
-/// - `at`: where the tile of this field begins inside a set
-pub fn sum<const D: usize>(grid: &BlockGrid<D>, tiles: &[f64], stride: usize, at: usize, out: &mut [f64]) {
-    let per = cells_per_block::<D>();
-    out.par_chunks_mut(per).with_min_len(8).enumerate().for_each(|(block, nodes)| {
+/// - `tiles`: sets of as many tiles as there are fields, by rank of the occupied block
+pub fn sum<const D: usize>(grid: &BlockGrid<D>, tiles: &[f64], fields: usize, out: &mut [f64]) {
+    let (per, len, blocks) = (cells_per_block::<D>(), padded_len::<D>(), grid.block_count());
+    debug_assert_eq!(out.len(), fields * grid.node_count());
+    out.par_chunks_mut(per).with_min_len(8).enumerate().for_each(|(chunk, nodes)| {
+        let (field, block) = (chunk / blocks, chunk % blocks);
         nodes.fill(0.0);
         for (slot, &neighbour) in grid.neighbours(block).iter().enumerate().take(BlockGrid::<D>::NEIGHBOURS) {
             if neighbour == NONE || grid.rank(neighbour as usize) == NONE {
                 continue;
             }
-            let tile = &tiles[grid.rank(neighbour as usize) as usize * stride + at..][..padded_len::<D>()];
-            for_rows(&BlockGrid::<D>::slot_offset(slot), ROW, |own, from, count| {
-                for k in 0..count {
-                    nodes[own + k] += tile[from + k];
-                }
-            });
+            let rank = grid.rank(neighbour as usize) as usize;
+            let from = &tiles[(rank * fields + field) * len..][..len];
+            let offset = BlockGrid::<D>::slot_offset(slot);
+            for_rows(&offset, ROW, grid.reached(rank), &mut Added { from, to: nodes });
         }
     });
 }

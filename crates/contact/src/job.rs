@@ -32,14 +32,39 @@ pub struct JobReport {
     pub tolerance: f64,
     /// Scaling of the residual.
     pub scaling: Scaling,
-    /// Seconds of the solve, reading excluded.
+    /// Seconds of a solve, reading excluded: the median over [`JobReport::solves`].
     pub seconds: f64,
+    /// Seconds of the first solve, when nothing is in the processor's caches yet.
+    pub first_seconds: f64,
+    /// How often the problem was solved, every time from the start and with the same answer.
+    pub solves: usize,
     /// Groups of contacts that do not feel each other.
     pub groups: usize,
     /// Largest `|M − Mᵀ|` relative to the largest entry.
     pub asymmetry: f64,
     /// What each method did.
     pub stages: Vec<StageReport>,
+}
+
+/// How often a problem is solved to find out how long that takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Repeats {
+    /// So often; at least once.
+    Times(usize),
+    /// Until a fiftieth of a second has passed: the first solve of a small problem times page faults and cold caches.
+    Automatic,
+}
+
+/// Seconds that [`Repeats::Automatic`] spends, and the most solves that it does.
+const ENOUGH: (f64, usize) = (0.02, 1000);
+
+impl Repeats {
+    fn is_enough(self, times: &[f64]) -> bool {
+        match self {
+            Repeats::Times(n) => times.len() >= n.max(1),
+            Repeats::Automatic => times.len() >= ENOUGH.1 || times.iter().sum::<f64>() >= ENOUGH.0,
+        }
+    }
 }
 
 /// The answer as written to `--out`: numbers per contact, normal first, then tangents (one in plane problems).
@@ -86,10 +111,15 @@ pub fn default_scaling(file: &Path) -> Scaling {
 ///
 /// # Errors
 /// If a file cannot be read or written; a solve that misses its tolerance is not an error but a status.
-pub fn solve_file(file: &Path, settings: &ContactSettings, out: Option<&Path>) -> Result<JobReport, ProblemError> {
+pub fn solve_file(
+    file: &Path,
+    settings: &ContactSettings,
+    repeats: Repeats,
+    out: Option<&Path>,
+) -> Result<JobReport, ProblemError> {
     let problem = read_problem(file)?;
     let name = file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let answer = solve_problem(&problem, &name, settings);
+    let answer = solve_problem(&problem, &name, settings, repeats);
     if let Some(out) = out {
         let json = serde_json::to_string_pretty(&answer).map_err(|e| ProblemError::Format(e.to_string()))?;
         std::fs::write(out, json + "\n").map_err(|e| ProblemError::Io(format!("{}: {e}", out.display())))?;
@@ -99,10 +129,19 @@ pub fn solve_file(file: &Path, settings: &ContactSettings, out: Option<&Path>) -
 
 /// Solves a problem and puts the answer into file form; the residual is recomputed from the impulses that are returned.
 #[must_use]
-pub fn solve_problem(problem: &ContactProblem, name: &str, settings: &ContactSettings) -> JobAnswer {
-    let begin = Instant::now();
-    let Solution { impulses, velocities, report, .. } = solve(problem, None, settings);
-    let seconds = begin.elapsed().as_secs_f64();
+pub fn solve_problem(problem: &ContactProblem, name: &str, settings: &ContactSettings, repeats: Repeats) -> JobAnswer {
+    let mut times = Vec::new();
+    let Solution { impulses, velocities, report, .. } = loop {
+        let begin = Instant::now();
+        let solution = solve(problem, None, settings);
+        times.push(begin.elapsed().as_secs_f64());
+        if repeats.is_enough(&times) {
+            break solution;
+        }
+    };
+    let (first_seconds, solves) = (times[0], times.len());
+    times.sort_by(f64::total_cmp);
+    let seconds = times[solves / 2];
     let shifted: Vec<_> =
         (0..problem.len()).map(|k| [impulses[k][0] + problem.cohesion_of(k), impulses[k][1], impulses[k][2]]).collect();
     let q = problem.shifted_velocity();
@@ -121,6 +160,8 @@ pub fn solve_problem(problem: &ContactProblem, name: &str, settings: &ContactSet
             tolerance: settings.tolerance,
             scaling: settings.scaling,
             seconds,
+            first_seconds,
+            solves,
             groups: report.groups,
             asymmetry: problem.delassus.asymmetry(),
             stages: report.stages,

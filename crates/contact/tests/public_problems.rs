@@ -1,6 +1,6 @@
 //! The public friction-contact problems, where the data are present (`VISCOSE_CONTACT_DATA`, or beside the project).
 
-use contact::job::{read_problem, solve_problem};
+use contact::job::{Repeats, read_problem, solve_problem};
 use contact::problem::{residual, ron, text};
 use contact::{ContactSettings, Scaling, SolverChoice};
 use std::path::PathBuf;
@@ -27,7 +27,7 @@ fn all_files_are_solved() {
         let problem = read_problem(&file).unwrap();
         for solver in [SolverChoice::Auto, SolverChoice::Newton] {
             let settings = ContactSettings { solver, scaling: Scaling::UnitStep, ..ContactSettings::default() };
-            let answer = solve_problem(&problem, "file", &settings);
+            let answer = solve_problem(&problem, "file", &settings, Repeats::Times(1));
             assert!(answer.report.converged, "{} {solver:?} {:?}", file.display(), answer.report);
             let r: Vec<[f64; 3]> =
                 answer.impulses.iter().map(|v| [v[0], v[1], v.get(2).copied().unwrap_or(0.0)]).collect();

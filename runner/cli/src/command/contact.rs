@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use contact::job::{self, JobReport};
+use contact::job::{self, JobReport, Repeats};
 use contact::{ContactSettings, Scaling, SolverChoice};
 use miette::IntoDiagnostic;
 
@@ -24,6 +24,9 @@ pub struct Contact {
     /// `unit-step` (as the public collections are judged) or `per-contact` (as scenes are) [default: by the file's format].
     #[arg(long)]
     pub scaling: Option<String>,
+    /// Solve the problem so often and tell the median time [default: for a fiftieth of a second, at least once].
+    #[arg(long, value_name = "TIMES")]
+    pub repeat: Option<usize>,
     /// Print one JSON object.
     #[arg(long)]
     pub json: bool,
@@ -53,7 +56,8 @@ impl Contact {
             Some(other) => return Err(miette::miette!("--scaling {other}: expected unit-step or per-contact")),
         };
         let settings = ContactSettings { solver, tolerance: self.tolerance, scaling, ..ContactSettings::default() };
-        let report = job::solve_file(&self.file, &settings, self.out.as_deref()).into_diagnostic()?;
+        let repeats = self.repeat.map_or(Repeats::Automatic, Repeats::Times);
+        let report = job::solve_file(&self.file, &settings, repeats, self.out.as_deref()).into_diagnostic()?;
         tell(&report, self.json)?;
         Ok(if report.converged { Exit::Done } else { Exit::Failed })
     }
@@ -66,7 +70,7 @@ pub fn replay(file: &Path) -> miette::Result<Exit> {
     let mut solved = false;
     for solver in SolverChoice::ALL {
         let settings = ContactSettings { solver, scaling: job::default_scaling(file), ..ContactSettings::default() };
-        let answer = job::solve_problem(&problem, &name, &settings);
+        let answer = job::solve_problem(&problem, &name, &settings, Repeats::Times(1));
         tell(&answer.report, false)?;
         solved |= answer.report.converged;
     }
@@ -79,7 +83,7 @@ fn tell(report: &JobReport, json: bool) -> miette::Result<()> {
         return Ok(());
     }
     say!(
-        "{}: {} contacts, {}: {} after {} iterations, residual {:.2e} (asked {:.1e}), {:.6} s",
+        "{}: {} contacts, {}: {} after {} iterations, residual {:.2e} (asked {:.1e}), {:.6} s{}",
         report.file,
         report.contacts,
         report.solver,
@@ -87,7 +91,12 @@ fn tell(report: &JobReport, json: bool) -> miette::Result<()> {
         report.iterations,
         report.residual,
         report.tolerance,
-        report.seconds
+        report.seconds,
+        if report.solves > 1 {
+            format!(" (median of {}, the first {:.6} s)", report.solves, report.first_seconds)
+        } else {
+            String::new()
+        }
     );
     for stage in &report.stages {
         say!(

@@ -117,7 +117,8 @@ pub struct Totals<const D: usize> {
 #[derive(Clone, Debug, Default)]
 pub struct SortScratch<const D: usize> {
     vectors: Vec<Vector<D>>,
-    tensors: Vec<Tensor<D>>,
+    /// Lent to the stresses of the shear solve for the rest of the step ([`crate::shear_solve::ShearSolver::lend`]).
+    pub(crate) tensors: Vec<Tensor<D>>,
     numbers: Vec<f64>,
     words: Vec<u64>,
     shorts: Vec<u16>,

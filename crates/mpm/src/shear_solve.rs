@@ -242,6 +242,21 @@ impl<const D: usize> PreconditionedSystem for System<'_, D> {
 }
 
 impl<const D: usize> ShearSolver<D> {
+    /// Lends the memory of the stresses to the sort of the next step: it needs room for one tensor per particle when nobody needs
+    /// stresses yet. [`ShearSolver::reclaim`] brings it back; without either both hold their own.
+    pub fn lend(&mut self, grid: &mut LiquidGrid<D>) {
+        if grid.sort.tensors.capacity() == 0 {
+            std::mem::swap(&mut self.state.stress, &mut grid.sort.tensors);
+        }
+    }
+
+    /// Takes back, or over, the memory that [`ShearSolver::lend`] lends.
+    pub fn reclaim(&mut self, grid: &mut LiquidGrid<D>) {
+        if self.state.stress.capacity() == 0 {
+            std::mem::swap(&mut self.state.stress, &mut grid.sort.tensors);
+        }
+    }
+
     /// Linearises the stress of all particles about their own affine matrices, before they are scattered. Returns whether
     /// anything resists shear: if so, hand `state` to [`crate::particles_to_grid::particles_to_grid`].
     ///
@@ -892,6 +907,7 @@ impl<const D: usize> ShearSolver<D> {
         self.state.bytes()
             + self.quadrature.bytes()
             + self.operator.bytes()
+            + self.krylov.bytes()
             + 8 * (self.mass.capacity()
                 + self.inverse_diagonal.capacity()
                 + self.start.capacity()

@@ -126,6 +126,7 @@ impl<const D: usize> LiquidStepper<D> {
         if particles.is_empty() {
             return Ok(report);
         }
+        shear.lend(grid);
         let maintain = settings.resample.every as u64;
         if settings.resample.enabled && maintain > 0 && step_index.is_multiple_of(maintain) {
             report.resample = resample(
@@ -144,6 +145,7 @@ impl<const D: usize> LiquidStepper<D> {
         if settings.tearing {
             report.torn = tearing::tearing(particles, materials)?;
         }
+        shear.reclaim(grid);
         let resists = shear.prepare(particles, materials, dt, &settings.shear)?;
         report.transfer =
             particles_to_grid::particles_to_grid(particles, materials, resists.then_some(&shear.state), grid);

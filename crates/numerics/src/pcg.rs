@@ -64,6 +64,13 @@ impl PcgScratch {
         &self.residual
     }
 
+    /// Bytes held.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let vectors = [&self.residual, &self.preconditioned, &self.direction, &self.product, &self.best];
+        8 * vectors.iter().map(|v| v.capacity()).sum::<usize>()
+    }
+
     fn resize(&mut self, n: usize) {
         for v in [&mut self.residual, &mut self.preconditioned, &mut self.direction, &mut self.product, &mut self.best]
         {

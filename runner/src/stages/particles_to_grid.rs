@@ -17,6 +17,7 @@ fn transfer<const D: usize>(flow: &mut Flow<D>, state: &mut FlowState<D>, step: 
     }
     mpm::particles_to_grid::activate(particles, &flow.materials, &flow.coupling.points, &mut flow.grid)
         .map_err(|error| rejection("particles_to_grid", &error, &particles.id))?;
+    flow.shear.reclaim(&mut flow.grid);
     flow.resists = flow
         .shear
         .prepare(particles, &flow.materials, step.dt, &flow.settings.shear)

@@ -18,6 +18,7 @@ fn maintain<const D: usize>(
     step: Step,
 ) -> Result<(), Rejection> {
     flow.report.resample = mpm::ResampleReport::default();
+    flow.shear.lend(&mut flow.grid);
     let every = flow.settings.resample.every as u64;
     if state.particles.is_empty() || every == 0 || !state.steps.is_multiple_of(every) {
         return Ok(());

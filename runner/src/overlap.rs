@@ -175,36 +175,3 @@ fn free_share(strand: &StrandGeometry, edge: usize, at: f64) -> f64 {
     let share = |v: usize, weight: f64| if held(v) { 0.0 } else { weight };
     share(edge, 1.0 - at) + share(edge + 1, at)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::path::Path;
-
-    fn wisp(more: &str) -> Vec<Overlap> {
-        let text = format!(
-            r#"Scene(units: Cgs, time: (end: 0.1, step: Fixed(1e-3)), materials: {{ "hair": Fibre(preset: "hair") }}, strands: [(
-                material: "hair", radius: 0.005, clamp: [First(2)],
-                shape: Wisp(count: 50, root: [0, 3, 0], length: 2, disc: 0.15, vertices: 16, {more} spread: (length: 0.05, direction: 3)),
-            )])"#
-        );
-        let loaded = crate::scene::load_str(&text, Path::new("scene.ron"), &[]);
-        let loaded = loaded.unwrap_or_else(|error| panic!("{}", error.lines().join("\n")));
-        at_start(&loaded.scene).unwrap_or_else(|error| panic!("{error}"))
-    }
-
-    /// Strands at random cross each other, and the message says what to write; evenly arranged ones do not.
-    #[test]
-    fn a_wisp_at_random_is_told_and_an_even_one_is_not() {
-        let told = wisp("");
-        assert_eq!(told.len(), 1);
-        let (strands, of, radii) = (told[0].strands, told[0].of, told[0].radii);
-        assert!(strands > 1 && of == 50 && radii > 0.1 && radii <= 2.0, "{strands} {of} {radii}");
-        let text = told[0].to_string();
-        assert!(
-            text.starts_with("strands[0]") && text.contains("of 50 strands") && text.contains("`arrangement: Even`"),
-            "{text}"
-        );
-        assert_eq!(wisp("arrangement: Even,"), Vec::new());
-    }
-}

@@ -62,9 +62,10 @@ const MUCH_NEARER: f64 = 0.1;
 const WINDOW: usize = 8;
 
 /// How often sweeps that are to find who stays closed go over contacts that feel each other most, and what such a sweep costs in
-/// plain ones: where neighbours on a strand share a load, it takes less than half as many.
+/// plain ones: where neighbours on a strand share a load, it takes less than half as many. In small groups there is nothing to gain.
 const INNER: usize = 2;
 const INNER_COST: usize = 2;
+const WORTH_CLUSTERING: usize = 500;
 
 /// Turns of the last resort.
 const TURNS: usize = 6;
@@ -186,7 +187,7 @@ impl Auto {
                 local: self.local,
                 patience: None,
                 window: WINDOW,
-                inner: INNER,
+                inner: if small.len() >= WORTH_CLUSTERING { INNER } else { 1 },
             };
             let answer = if thinning { short.solve(&small, &mut x) } else { self.whole(&small, &mut x) };
             for (k, x) in members.iter().zip(&x) {
@@ -225,7 +226,8 @@ impl Auto {
         let elimination = minimum_degree(group.w, NEWTON_PRODUCTS);
         let products = elimination.as_ref().map_or(NEWTON_PRODUCTS, |e| e.block_products);
         let sweep = group.w.block_count() + LOCAL_SOLVE * group.len();
-        let worth = NEWTON_FACTORS * products * 3 / (INNER_COST * sweep);
+        let clustered = group.len() >= WORTH_CLUSTERING;
+        let worth = NEWTON_FACTORS * products * 3 / (sweep * if clustered { INNER_COST } else { 1 });
         let mut budget =
             NEWTON_SWEEPS.saturating_mul(self.max_sweeps).saturating_mul(sweep).max(2 * NEWTON_FACTORS * products);
         let mut by_newton = |attempts: &[Attempt], elimination: &Elimination, r: &mut [Vec3]| {
@@ -243,7 +245,7 @@ impl Auto {
                 local: self.local,
                 patience: Some(worth.min(self.max_sweeps)),
                 window: WINDOW,
-                inner: INNER,
+                inner: if clustered { INNER } else { 1 },
             };
             outcome = long.solve(group, r).after(&outcome);
             if outcome.status.is_converged() {

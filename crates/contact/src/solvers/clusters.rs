@@ -61,7 +61,7 @@ impl Clusters {
 
     /// Number of clusters.
     #[must_use]
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.start.len() - 1
     }
 
@@ -98,7 +98,7 @@ mod tests {
         let mut seen = vec![0; w.len()];
         let r: Vec<Vec3> = (0..w.len()).map(|k| [k as f64, 1.0, -0.5 * k as f64]).collect();
         let mut together = 0;
-        for c in 0..clusters.len() {
+        for c in 0..clusters.count() {
             let members = clusters.members(c);
             assert!(!members.is_empty() && members.len() <= 8, "{members:?}");
             together += usize::from(members.len() > 1);

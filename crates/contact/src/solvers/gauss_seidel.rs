@@ -220,7 +220,7 @@ fn sweep_clusters(
     let mut parts = ResidualParts::default();
     let accept = (LOCAL_SHARE * group.tolerance).clamp(LEAST_LOCAL, LOCAL);
     let mut outside: Vec<Vec3> = Vec::new();
-    for c in 0..clusters.len() {
+    for c in 0..clusters.count() {
         let members = clusters.members(c);
         outside.clear();
         for (place, k) in members.iter().enumerate() {

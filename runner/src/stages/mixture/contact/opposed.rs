@@ -29,13 +29,23 @@ impl ContactWorld {
         settings: &ContactSettings,
         setting: &Setting<'_>,
     ) -> Solution {
+        let mut settings = *settings;
         let mut solves = 0;
         loop {
-            let solution = self.solve_soft(&system.problem, start, settings);
+            let solution = self.solve_soft(&system.problem, start, &settings);
             self.report.iterations += solution.report.solve.iterations;
             solves += 1;
             let opposed = &solution.opposed;
-            if solves == MOST_SOLVES || !self.give_way(&mut system.problem, opposed, setting) {
+            if solves == MOST_SOLVES || opposed.is_empty() {
+                return solution;
+            }
+            if self.stop_pushing(&mut system.problem, opposed, setting) {
+                continue;
+            }
+            // a contact next to a clamp needs impulses so large that a rough answer breaks the law: it is asked exactly first
+            let rough = settings.tolerance > self.settings.tolerance;
+            settings.tolerance = self.settings.tolerance;
+            if !rough && !self.soften(opposed) {
                 return solution;
             }
         }
@@ -55,38 +65,40 @@ impl ContactWorld {
         let q = problem.shifted_velocity();
         let told = &mut solution.report.solve;
         told.residual = residual(&problem.delassus, &q, &problem.friction, &whole, settings.scaling);
-        if told.status.is_converged() && !(told.residual <= settings.tolerance) {
+        let held = told.residual <= settings.tolerance;
+        if told.status.is_converged() && !held {
             told.status = Status::Stalled;
         }
         solution.velocities = problem.velocities(&solution.impulses);
         solution
     }
 
-    /// Makes contacts that oppose each other yield by one degree. Returns whether there were any that could.
-    fn give_way(&mut self, problem: &mut ContactProblem, opposed: &[u32], setting: &Setting<'_>) -> bool {
+    /// Contacts that oppose each other stop pushing their overlap apart. Returns whether there were any that did.
+    fn stop_pushing(&mut self, problem: &mut ContactProblem, opposed: &[u32], setting: &Setting<'_>) -> bool {
         let lists = &mut self.lists;
         let step = if lists.drift.is_empty() { setting.dt } else { setting.tau };
-        let mut pushes: Vec<usize> = Vec::new();
+        let mut any = false;
         for k in opposed.iter().map(|k| *k as usize) {
             let c = &lists.active[k];
             // what bounces is driven apart by its restitution, not by a push
             let bounces = c.with_solid() && setting.solids[c.key.b.1 as usize].restitution > 0.0;
             if lists.yielding[k] == Yielding::No && !bounces && c.gap < 0.0 {
-                pushes.push(k);
+                problem.free_velocity[k][0] -= motion::push(c, lists, &self.first_vertex) / step;
+                lists.yielding[k] = Yielding::Still;
+                any = true;
             }
         }
-        for k in &pushes {
-            lists.yielding[*k] = Yielding::Still;
-            problem.free_velocity[*k][0] -= motion::push(&lists.active[*k], lists, &self.first_vertex) / step;
+        any
+    }
+
+    /// Contacts that oppose each other even at rest become soft. Returns whether there were any that did.
+    fn soften(&mut self, opposed: &[u32]) -> bool {
+        let mut any = false;
+        for k in opposed {
+            let yielding = &mut self.lists.yielding[*k as usize];
+            any |= *yielding != Yielding::Soft;
+            *yielding = Yielding::Soft;
         }
-        if !pushes.is_empty() {
-            return true;
-        }
-        let mut softer = false;
-        for k in opposed.iter().map(|k| *k as usize) {
-            softer |= lists.yielding[k] != Yielding::Soft;
-            lists.yielding[k] = Yielding::Soft;
-        }
-        softer
+        any
     }
 }

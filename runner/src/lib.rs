@@ -11,6 +11,7 @@
 //! system    the trait that strands and liquid, yarns and microgels share
 //! stepper   step size, retry with a smaller step
 //! record    series, frames, checkpoints, provenance
+//! overlap   strands that overlap where a scene puts them
 //! prepare   scene → job        run       job → results
 //! report, picture   a page with plots and pictures
 //! ```
@@ -18,6 +19,7 @@
 pub mod cost;
 pub mod import;
 pub mod microgel;
+pub mod overlap;
 pub mod picture;
 pub mod plan;
 pub mod prepare;

@@ -228,3 +228,53 @@ fn rough_rounds_give_the_same_bytes_for_any_threads() {
     };
     assert!(bytes(1) == bytes(2), "two threads give other bytes than one");
 }
+
+/// Strands of a wisp that cross next to their clamps are wedged there: not all of them can be pushed apart. The step takes no more
+/// work than one that can be solved (counted, not timed: without giving way it grew for more than ten minutes).
+#[test]
+fn wedged_strands_give_way() {
+    let text = std::fs::read_to_string(scene_path("coupled/dipped-wisp.ron")).unwrap();
+    let text = text.replace("arrangement: Even, ", "").replace("count: 8", "count: 50");
+    let run = run(&text, &["output.frames=Never", "time.end=0.004", "time.step=Fixed(4e-3)"]);
+    run.completed();
+    assert!(run.most("contacts") > 20.0 && run.most("contacts") < 1000.0, "{}", run.most("contacts"));
+    assert!(run.most("contact_iterations") < 20_000.0, "{}", run.most("contact_iterations"));
+}
+
+/// Walls that close in on a strand leave no solution even at rest. The contacts become soft: the run ends with finite numbers, and
+/// warns.
+#[test]
+fn a_strand_between_closing_walls_warns_and_goes_on() {
+    let text = r#"Scene(
+        units: Si, time: (end: 0.01, step: Fixed(1e-3)),
+        materials: { "noodle": Fibre(density: 1200, young_modulus: 1e7, poisson_ratio: 0.4, viscosity: 1e3) },
+        strands: [(material: "noodle", radius: 1e-3, shape: Straight(from: [0, 0, -0.01], to: [0, 0, 0.01], vertices: 9), friction: 0.3)],
+        solids: [
+            (name: "left", shape: HalfSpace(point: [-0.00105, 0, 0], normal: [1, 0, 0]), friction: 0.3, motion: [Translate(by: [0.0002, 0, 0], during: (0, 0.01))]),
+            (name: "right", shape: HalfSpace(point: [0.00105, 0, 0], normal: [-1, 0, 0]), friction: 0.3, motion: [Translate(by: [-0.0002, 0, 0], during: (0, 0.01))]),
+        ],
+    )"#;
+    let run = run(text, &["output.frames=Never"]);
+    run.completed();
+    assert!(run.most("contact_warnings") > 0.0);
+    assert!(run.most("kinetic_energy") < 1e-4, "{}", run.most("kinetic_energy"));
+}
+
+/// Strands of a wisp at random cross each other, and the message says what to write; evenly arranged ones do not.
+#[test]
+fn strands_that_overlap_at_the_start_are_told() {
+    let told = |set: &[&str]| {
+        let set: Vec<String> = set.iter().map(ToString::to_string).collect();
+        let loaded = runner::scene::load(&scene_path("coupled/dipped-wisp.ron"), &set).unwrap();
+        runner::overlap::at_start(&loaded.scene).unwrap()
+    };
+    let random = told(&["strands[0].shape.count=50", "strands[0].shape.arrangement=Random"]);
+    assert_eq!(random.len(), 1);
+    let (strands, of, radii) = (random[0].strands, random[0].of, random[0].radii);
+    assert!(strands > 1 && of == 50 && radii > 0.1 && radii <= 2.0, "{strands} {of} {radii}");
+    let text = random[0].to_string();
+    for part in ["strands[0]: ", " of 50 strands overlap", "`arrangement: Even`"] {
+        assert!(text.contains(part), "{text}");
+    }
+    assert_eq!(told(&["strands[0].shape.count=50"]), Vec::new());
+}

@@ -115,6 +115,15 @@ impl BlockMatrix {
         &self.blocks[self.diagonal[i]]
     }
 
+    /// Adds `share` of its mean to the diagonal of block `i`: the contact gives way by so much of what it moves.
+    pub fn soften(&mut self, i: usize, share: f64) {
+        let block = &mut self.blocks[self.diagonal[i]];
+        let more = share * trace(block) / 3.0;
+        for c in 0..3 {
+            block[4 * c] += more;
+        }
+    }
+
     /// `y = W x + q`.
     pub fn apply(&self, x: &[Vec3], q: &[Vec3], y: &mut [Vec3]) {
         for i in 0..self.len() {

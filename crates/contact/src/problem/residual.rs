@@ -69,6 +69,12 @@ impl ResidualParts {
         }
     }
 
+    /// Whether the law is broken by more than a hundredth of the free velocity, whatever the impulses are.
+    #[must_use]
+    pub fn breaks_the_law(&self) -> bool {
+        self.map_squared > (JAMMED * JAMMED) * self.free_squared
+    }
+
     /// The relative residual (absolute if everything vanishes); NaN stays NaN.
     #[must_use]
     pub fn relative(&self) -> f64 {
@@ -76,6 +82,9 @@ impl ResidualParts {
         if s > 0.0 { self.map_squared.sqrt() / s } else { self.map_squared.sqrt() }
     }
 }
+
+/// Violation of the law relative to the free velocity above which a problem counts as jammed.
+const JAMMED: f64 = 1e-2;
 
 /// Impulses over free velocity (in one unit) above which the size no longer counts.
 const RUNAWAY: f64 = 1e3;

@@ -6,9 +6,9 @@ use super::gauss_seidel::GaussSeidel;
 use super::group::{Group, GroupOutcome, GroupSolver};
 use super::newton::Newton;
 use crate::block::{Vec3, norm_squared};
-use crate::law::{ContactState, classify};
+use crate::law::{ContactState, classify, natural_map};
 use crate::problem::residual::ResidualParts;
-use crate::problem::{ContactProblem, Scaling, components};
+use crate::problem::{Component, ContactProblem, Scaling, components};
 use crate::report::{ContactReport, Method, StageReport};
 use crate::settings::{ContactSettings, SolverChoice};
 use numerics::{SolveReport, Status};
@@ -23,6 +23,8 @@ pub struct Solution {
     pub velocities: Vec<Vec3>,
     /// What each contact does.
     pub states: Vec<ContactState>,
+    /// Contacts that press without measure because together they ask for what no motion gives, ascending; empty as a rule.
+    pub opposed: Vec<u32>,
     /// How the solve went.
     pub report: ContactReport,
 }
@@ -99,6 +101,7 @@ fn solve_once(
             impulses: Vec::new(),
             velocities: Vec::new(),
             states: Vec::new(),
+            opposed: Vec::new(),
             report: ContactReport::empty(settings.tolerance),
         };
     }
@@ -133,7 +136,7 @@ fn solve_once(
                 position[*k as usize] = local as u32;
             }
         }
-        let one = |g: &crate::problem::Component| -> (GroupOutcome, Vec<Vec3>) {
+        let one = |g: &Component| -> (GroupOutcome, Vec<Vec3>) {
             let w = g.extract(&problem.delassus, &position);
             let gq: Vec<Vec3> = g.contacts.iter().map(|k| q[*k as usize]).collect();
             let friction: Vec<f64> = g.contacts.iter().map(|k| problem.friction[*k as usize]).collect();
@@ -165,17 +168,15 @@ fn solve_once(
             })
             .collect()
     };
-    finish(problem, settings, q, r, &outcomes)
+    finish(problem, settings, q, r, &groups, &outcomes)
 }
-
-/// Violation of the law relative to the free velocity above which a problem counts as jammed.
-const JAMMED: f64 = 1e-2;
 
 fn finish(
     problem: &ContactProblem,
     settings: &ContactSettings,
     q: Vec<Vec3>,
     mut r: Vec<Vec3>,
+    groups: &[Component],
     outcomes: &[GroupOutcome],
 ) -> Solution {
     let n = problem.len();
@@ -193,7 +194,7 @@ fn finish(
     // hold to a hundredth of the free velocity as well.
     let violation =
         crate::problem::residual::residual_parts(&problem.delassus, &q, &problem.friction, &r, Scaling::PerContact);
-    let jammed = violation.map_squared > (JAMMED * JAMMED) * violation.free_squared;
+    let jammed = violation.breaks_the_law();
     let guarded = parts.guarded_size(settings.scaling);
     let held = residual <= settings.tolerance && parts.map_squared.sqrt() <= settings.tolerance * guarded.max(0.0);
     let status = if jammed {
@@ -205,6 +206,7 @@ fn finish(
     } else {
         worst
     };
+    let opposed = opposed(problem, groups, (&q, &r, &velocities));
     let stages = Method::ALL
         .into_iter()
         .filter_map(|method| {
@@ -232,5 +234,72 @@ fn finish(
         residual,
         tolerance: settings.tolerance,
     };
-    Solution { impulses: r, velocities, states, report: ContactReport { solve, groups: outcomes.len(), stages } }
+    Solution {
+        impulses: r,
+        velocities,
+        states,
+        opposed,
+        report: ContactReport { solve, groups: outcomes.len(), stages },
+    }
+}
+
+/// Impulses over free velocity, in one unit, from which on the contacts of a group are looked at for opposition.
+const LOUD: f64 = 100.0;
+
+/// Share of the largest impulse that contacts have which oppose each other.
+const SHARE: f64 = 0.01;
+
+/// Share of the free velocity of its group by which such a contact alone breaks the law.
+const BROKEN: f64 = 1e-3;
+
+/// Contacts whose demands contradict each other: their impulses grew without end, and they still break the law. A rough tolerance
+/// may call such a group solved, since it is relative to the impulses.
+fn opposed(problem: &ContactProblem, groups: &[Component], (q, r, u): (&[Vec3], &[Vec3], &[Vec3])) -> Vec<u32> {
+    let mut found = Vec::new();
+    let weight = |k: usize| Scaling::PerContact.weight(&problem.delassus, k);
+    for group in groups {
+        let mut parts = ResidualParts::default();
+        let mut largest = 0.0_f64;
+        for k in group.contacts.iter().map(|k| *k as usize) {
+            parts.add(&r[k], &u[k], &q[k], problem.friction[k], weight(k));
+            largest = largest.max(norm_squared(&r[k]));
+        }
+        if largest <= LOUD * LOUD * parts.free_squared {
+            continue;
+        }
+        let broken = BROKEN * BROKEN * parts.free_squared;
+        let opposes = |k: &&u32| {
+            let k = **k as usize;
+            let map = natural_map(&r[k], &u[k], problem.friction[k], weight(k));
+            norm_squared(&r[k]) > SHARE * SHARE * largest && norm_squared(&map) > broken
+        };
+        found.extend(group.contacts.iter().filter(opposes));
+    }
+    found.sort_unstable();
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::block::IDENTITY;
+    use crate::problem::BlockMatrix;
+
+    /// A body is to be pushed away from two walls that face each other, and another from one: no motion does the first. The two
+    /// contacts are named, the third is not; and nobody is once the walls only forbid to come nearer.
+    #[test]
+    fn contacts_that_contradict_each_other_are_named() {
+        let mirrored = [-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+        let triplets = [(0, 0, IDENTITY), (0, 2, mirrored), (1, 1, IDENTITY), (2, 0, mirrored), (2, 2, IDENTITY)];
+        let solved = |push: f64| {
+            let q = vec![[-push, 0.1, 0.0], [-1.0, 0.2, 0.0], [-push, 0.1, 0.0]];
+            let problem = ContactProblem::new(BlockMatrix::from_triplets(3, &triplets), q, vec![0.4; 3]).unwrap();
+            solve(&problem, None, &ContactSettings::default())
+        };
+        let wedged = solved(1.0);
+        assert!(!wedged.report.status().is_converged());
+        assert_eq!(wedged.opposed, [0, 2]);
+        let at_rest = solved(0.0);
+        assert!(at_rest.report.status().is_converged() && at_rest.opposed.is_empty(), "{at_rest:?}");
+    }
 }

@@ -5,6 +5,7 @@
 //! Long chains of contacts are sped up by Anderson acceleration, which is dropped wherever it does not reduce the change.
 
 use super::anderson::Anderson;
+use super::clusters::Clusters;
 use super::group::{Best, Group, GroupOutcome, GroupSolver};
 use crate::block::Vec3;
 use crate::law::{natural_map, project_cone};
@@ -26,6 +27,8 @@ pub struct GaussSeidel {
     pub patience: Option<usize>,
     /// Sweeps whose outcome is combined (Anderson acceleration); 0: none.
     pub window: usize,
+    /// How often a sweep goes over contacts that feel each other most before it goes on; 1: once.
+    pub inner: usize,
 }
 
 /// Looks at the residual between two judgements of the progress of accelerated sweeps.
@@ -42,11 +45,15 @@ const LOCAL: f64 = 1e-9;
 const LOCAL_SHARE: f64 = 1e-4;
 const LEAST_LOCAL: f64 = 1e-12;
 
+/// Coupling from which on contacts are taken together, in parts of what each feels of itself, and the most of them.
+const FELT: f64 = 0.1;
+const MOST: usize = 32;
+
 impl GaussSeidel {
     /// A run of at most `max_sweeps` sweeps that never gives up before.
     #[must_use]
     pub fn new(max_sweeps: usize, local: LocalMethod) -> Self {
-        GaussSeidel { max_sweeps, check_every: 10, local, patience: None, window: 0 }
+        GaussSeidel { max_sweeps, check_every: 10, local, patience: None, window: 0, inner: 1 }
     }
 }
 
@@ -68,6 +75,7 @@ impl GroupSolver for GaussSeidel {
         let locals: Vec<LocalContact> =
             (0..n).map(|k| LocalContact::new(group.w.diagonal(k), group.friction[k])).collect();
         let weights: Vec<f64> = (0..n).map(|k| group.scaling.weight(group.w, k)).collect();
+        let clusters = (self.inner > 1).then(|| Clusters::new(group.w, FELT, MOST));
         let mut sweeps = 0;
         let mut last_check = best.residual;
         // accelerated sweeps rise and fall: their progress is that of the best over this many looks
@@ -77,7 +85,10 @@ impl GroupSolver for GaussSeidel {
             let batch = self.check_every.clamp(1, self.max_sweeps - sweeps);
             for i in 0..batch {
                 past.combine(group.friction, r);
-                let estimate = sweep(group, &locals, &weights, self.local, r);
+                let estimate = match &clusters {
+                    Some(clusters) => sweep_clusters(group, clusters, &locals, &weights, self.local, self.inner, r),
+                    None => sweep(group, &locals, &weights, self.local, r),
+                };
                 sweeps += 1;
                 // the residual gathered while sweeping lags by one update a contact: a cheap reason to look early
                 if group.relative(&estimate) <= 0.7 * group.tolerance && i + 1 < batch {
@@ -172,17 +183,71 @@ fn sweep(
         }
         let old = r[k];
         parts.add(&old, &u, &group.q[k], group.friction[k], weights[k]);
-        let own = crate::block::mat_vec(&locals[k].block, &old);
-        let b = [u[0] - own[0], u[1] - own[1], u[2] - own[2]];
-        let answer = locals[k].solve_to(&b, &old, method, accept);
-        if answer.residual <= LOCAL {
-            r[k] = answer.impulse;
-        } else if answer.residual.is_finite() {
-            // the local solve missed its tolerance (a nearly singular block): half the update, if it helps at all
-            let half = [0, 1, 2].map(|i| 0.5 * (old[i] + answer.impulse[i]));
-            let map = natural_map(&old, &u, group.friction[k], locals[k].rho);
-            if crate::block::norm_squared(&map) > 0.0 {
-                r[k] = half;
+        r[k] = solve_one(&locals[k], &u, &old, method, accept);
+    }
+    parts
+}
+
+/// The impulse of one contact whose velocity is `u` with its present one `old`.
+#[inline]
+fn solve_one(local: &LocalContact, u: &Vec3, old: &Vec3, method: LocalMethod, accept: f64) -> Vec3 {
+    let own = crate::block::mat_vec(&local.block, old);
+    let b = [u[0] - own[0], u[1] - own[1], u[2] - own[2]];
+    let answer = local.solve_to(&b, old, method, accept);
+    if answer.residual <= LOCAL {
+        return answer.impulse;
+    }
+    if answer.residual.is_finite() {
+        // the local solve missed its tolerance (a nearly singular block): half the update, if it helps at all
+        let map = natural_map(old, u, local.friction, local.rho);
+        if crate::block::norm_squared(&map) > 0.0 {
+            return [0, 1, 2].map(|i| 0.5 * (old[i] + answer.impulse[i]));
+        }
+    }
+    *old
+}
+
+/// One sweep over all clusters, each gone over several times.
+fn sweep_clusters(
+    group: &Group<'_>,
+    clusters: &Clusters,
+    locals: &[LocalContact],
+    weights: &[f64],
+    method: LocalMethod,
+    inner: usize,
+    r: &mut [Vec3],
+) -> ResidualParts {
+    let mut parts = ResidualParts::default();
+    let accept = (LOCAL_SHARE * group.tolerance).clamp(LEAST_LOCAL, LOCAL);
+    let mut outside: Vec<Vec3> = Vec::new();
+    for c in 0..clusters.count() {
+        let members = clusters.members(c);
+        outside.clear();
+        for (place, k) in members.iter().enumerate() {
+            let k = *k as usize;
+            let mut u = group.w.row_product_sparse(k, r);
+            for i in 0..3 {
+                u[i] += group.q[k][i];
+            }
+            parts.add(&r[k], &u, &group.q[k], group.friction[k], weights[k]);
+            if members.len() > 1 {
+                let inside = clusters.inner_product(c, place, r);
+                outside.push([u[0] - inside[0], u[1] - inside[1], u[2] - inside[2]]);
+            }
+            r[k] = solve_one(&locals[k], &u, &r[k], method, accept);
+        }
+        if members.len() == 1 {
+            continue;
+        }
+        for _ in 1..inner {
+            for (place, k) in members.iter().enumerate() {
+                let k = *k as usize;
+                let inside = clusters.inner_product(c, place, r);
+                let u = [0, 1, 2].map(|i| outside[place][i] + inside[i]);
+                if r[k] == [0.0; 3] && u[0] >= 0.0 {
+                    continue;
+                }
+                r[k] = solve_one(&locals[k], &u, &r[k], method, accept);
             }
         }
     }

@@ -49,7 +49,18 @@ impl Group<'_> {
         let map = parts.map_squared.sqrt();
         if size > 0.0 { map / size } else { map }
     }
+
+    /// Whether these impulses are beyond all measure and still do not obey the law. Contacts that ask for what no motion of their
+    /// bodies gives (pushed apart from two sides at once) have no solution: larger impulses always seem to come nearer to one.
+    #[must_use]
+    pub fn runs_away(&self, r: &[Vec3]) -> bool {
+        let parts = residual_parts(self.w, self.q, self.friction, r, Scaling::PerContact);
+        parts.impulse_squared > BEYOND * BEYOND * parts.free_squared && parts.breaks_the_law()
+    }
 }
+
+/// Impulses over free velocity, in one unit, that no solvable problem is expected to need: a thousand occur.
+const BEYOND: f64 = 1e6;
 
 /// How a solver left a group.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,6 +3,7 @@
 //! ```text
 //! group        ── what a solver is given: one group of coupled contacts, in shifted impulses
 //! gauss_seidel ── one contact after the other; cheap sweeps, slow where contacts are redundant
+//! clusters     ── contacts that feel each other most, which a sweep goes over several times
 //! anderson     ── combines the last sweeps, where chains of contacts make them crawl
 //! ordering     ── minimum-degree elimination order of the contact graph
 //! block_lu     ── sparse block LU over that order
@@ -16,6 +17,7 @@ pub mod admm;
 pub mod anderson;
 pub mod auto;
 pub mod block_lu;
+pub mod clusters;
 pub mod drive;
 pub mod gauss_seidel;
 pub mod group;

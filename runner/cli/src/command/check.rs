@@ -23,11 +23,15 @@ impl Check {
     pub fn run(self) -> miette::Result<Exit> {
         let mut exit = Exit::Done;
         for path in &self.scenes {
-            let verdict = runner::scene::load(path, &self.set)
-                .map_err(miette::Report::from)
-                .and_then(|loaded| runner::prepare::estimate(&loaded.scene).map_err(miette::Report::from));
+            let verdict = runner::scene::load(path, &self.set).map_err(miette::Report::from).and_then(|loaded| {
+                let estimate = runner::prepare::estimate(&loaded.scene).map_err(miette::Report::from)?;
+                Ok((estimate, runner::overlap::at_start(&loaded.scene).map_err(miette::Report::from)?))
+            });
             match verdict {
-                Ok(estimate) => say!("{}: sound; {estimate}", path.display()),
+                Ok((estimate, overlaps)) => {
+                    say!("{}: sound; {estimate}", path.display());
+                    overlaps.iter().for_each(|overlap| tell!("{}: warning: {overlap}", path.display()));
+                }
                 Err(report) => {
                     tell!("{report:?}");
                     exit = Exit::BadInput;

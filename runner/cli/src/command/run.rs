@@ -76,6 +76,9 @@ impl Run {
         let mut set = self.set;
         set.extend(self.cross_check.map(|every| format!("cross_check={every}")));
         let loaded = runner::scene::load(&self.scene, &set)?;
+        for overlap in runner::overlap::at_start(&loaded.scene)? {
+            tell!("warning: {overlap}");
+        }
         let title = loaded.scene.title.clone();
         let job = runner::prepare::job(loaded, rayon::current_num_threads())?;
         let options = RunOptions {

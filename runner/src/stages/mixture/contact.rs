@@ -15,6 +15,7 @@ mod cohesion;
 mod crossing;
 mod impulses;
 mod motion;
+mod opposed;
 mod second_opinion;
 
 use std::time::Instant;
@@ -136,10 +137,9 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         if rough {
             settings.tolerance = settings.tolerance.max(ROUGH);
         }
-        let solution = ::contact::solve(&system.problem, Some(&start), &settings);
+        let solution = contact.solve(&mut system, &start, &settings, &setting);
         contact.seconds[2] += begin.elapsed().as_secs_f64();
         contact.report.rounds += 1;
-        contact.report.iterations += solution.report.solve.iterations;
         contact.report.residual = solution.report.solve.residual;
         let converged = solution.report.status().is_converged();
         // a rough round may be as good as an exact one
@@ -359,6 +359,7 @@ impl ContactWorld {
             lists.active[kept] = c;
             lists.impulses[kept] = lists.impulses[i];
             lists.states[kept] = lists.states[i];
+            lists.yielding[kept] = lists.yielding[i];
             lists.wet[kept] = lists.wet[i];
             lists.flow[kept] = lists.flow[i];
             kept += 1;
@@ -399,8 +400,9 @@ impl ContactWorld {
             rods.first_vertex.windows(2).map(|w| &lists.velocity[4 * w[0]..4 * w[1]]).collect();
         let mut system = assemble(&posed, inverses, rods.strand_count(), &velocities, setting.dt, 0.0)
             .map_err(|error: AssemblyError| no_number(error))?;
-        for (q, c) in system.problem.free_velocity.iter_mut().zip(&lists.active) {
-            q[0] += motion::gap_velocity(c, lists, &self.first_vertex, rods, setting);
+        let active = lists.active.iter().zip(&lists.yielding);
+        for (q, (c, yielding)) in system.problem.free_velocity.iter_mut().zip(active) {
+            q[0] += motion::gap_velocity(c, *yielding, lists, &self.first_vertex, rods, setting);
         }
         Ok(system)
     }
@@ -450,6 +452,7 @@ impl ContactWorld {
         self.lists.active.truncate(solved);
         self.lists.impulses.truncate(solved);
         self.lists.states.truncate(solved);
+        self.lists.yielding.truncate(solved);
     }
 
     /// Forces to start from in the next step.
@@ -476,6 +479,7 @@ impl ContactWorld {
         lists.solved = 0;
         lists.impulses.clear();
         lists.states.clear();
+        lists.yielding.clear();
         lists.wet.clear();
         lists.flow.clear();
         lists.start.clear();

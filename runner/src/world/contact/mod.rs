@@ -95,6 +95,8 @@ pub struct Lists {
     pub states: Vec<ContactState>,
     /// The liquid at each.
     pub wet: Vec<Wetness>,
+    /// How far each contact of the step gives way to others that push against it.
+    pub yielding: Vec<Yielding>,
     /// Part of each impulse by which the liquid resists sliding [N s].
     pub flow: Vec<Vec3>,
     /// How far the liquid of each edge can reach, at its first vertex [m]; empty where nothing is wet.
@@ -123,7 +125,20 @@ impl Lists {
         self.active.push(contact);
         self.impulses.push([0.0; 3]);
         self.states.push(ContactState::Open);
+        self.yielding.push(Yielding::No);
     }
+}
+
+/// How far a contact gives way, for the rest of a step, to others that ask for the contrary.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Yielding {
+    /// Not at all.
+    #[default]
+    No,
+    /// It no longer pushes its overlap apart; the law is the same.
+    Still,
+    /// It is soft: the law is broken, and the step warns.
+    Soft,
 }
 
 /// Figures of one step.

@@ -135,7 +135,7 @@ impl ContactWorld {
             if c.gap <= 0.0 {
                 continue;
             }
-            let gap = motion::gap_velocity(&c, &self.lists, &self.first_vertex, rods, setting);
+            let gap = motion::gap_velocity(&c, self.lists.yielding[k], &self.lists, &self.first_vertex, rods, setting);
             let free = problem.free_velocity[k][0] - gap;
             let pulled = free - problem.delassus.diagonal(k)[0] * setting.tau * wet.towards;
             if *self.lists.wet[k].draws_near.get_or_insert(pulled < 0.0) {

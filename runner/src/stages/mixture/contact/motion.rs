@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use rods::{Integrator, RodSet, RodStepper};
 
 use super::{STABILISATION, Setting};
-use crate::world::contact::{ContactWorld, Lists};
+use crate::world::contact::{ContactWorld, Lists, Yielding};
 
 /// A contact counts as held where free vertices carry less than this share of it on both sides: an impulse could move it
 /// only by moving them a hundred times farther.
@@ -47,12 +47,18 @@ fn relative(c: &Contact, first_vertex: &[u32], field: impl Fn(usize) -> Vector3<
     sum
 }
 
+/// Share of the contact that free vertices carry, on the side where it is larger.
+fn free_share(c: &Contact, first_vertex: &[u32], held: &[bool]) -> f64 {
+    let share = |(v, weight): (usize, [f64; 2])| -> f64 {
+        let free = |i: usize| if held[v + i] { 0.0 } else { weight[i] };
+        free(0) + free(1)
+    };
+    sides(c, first_vertex).into_iter().flatten().map(share).fold(0.0, f64::max)
+}
+
 /// Whether no free vertex carries the contact.
 pub(super) fn is_held(c: &Contact, first_vertex: &[u32], held: &[bool]) -> bool {
-    sides(c, first_vertex).into_iter().flatten().all(|(v, weight)| {
-        let free = |i: usize| if held[v + i] { 0.0 } else { weight[i] };
-        free(0) + free(1) < HELD
-    })
+    free_share(c, first_vertex, held) < HELD
 }
 
 /// Gap at the end of the step along the normal if nothing more happens [m].
@@ -66,17 +72,30 @@ pub(super) fn end_gap(c: &Contact, lists: &Lists, first_vertex: &[u32], solids: 
     c.gap + Vector3::from(c.normal).dot(&(moved - carried))
 }
 
+/// Part of an overlap that one step pushes apart \[m\], negative. Next to a clamp a vertex would have to move many times as far as
+/// the contact it carries a small share of; there the contact moves by so much less.
+pub(super) fn push(c: &Contact, lists: &Lists, first_vertex: &[u32]) -> f64 {
+    STABILISATION * c.gap.min(0.0) * free_share(c, first_vertex, &lists.held)
+}
+
 /// What the gap adds to the normal velocity that the law constrains [m/s] (spec A.7): an open gap may be closed and no
-/// more, an overlap is pushed apart by a share. A bouncing solid gives back a part of the approach velocity instead.
+/// more, an overlap is pushed apart by a share, unless others forbid it. A bouncing solid gives back a part of the approach velocity instead.
 pub(super) fn gap_velocity(
     c: &Contact,
+    yielding: Yielding,
     lists: &Lists,
     first_vertex: &[u32],
     rods: &RodSet,
     setting: &Setting<'_>,
 ) -> f64 {
     let normal = Vector3::from(c.normal);
-    let mut gap = if c.gap > 0.0 { c.gap } else { STABILISATION * c.gap };
+    let mut gap = if c.gap > 0.0 {
+        c.gap
+    } else if yielding == Yielding::No {
+        push(c, lists, first_vertex)
+    } else {
+        0.0
+    };
     if c.with_solid() {
         let restitution = setting.solids[c.key.b.1 as usize].restitution;
         let approach = normal.dot(&(relative(c, first_vertex, |v| rods.velocity[v]) - Vector3::from(c.solid_velocity)));

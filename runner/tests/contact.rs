@@ -265,7 +265,7 @@ fn a_strand_between_closing_walls_warns_and_goes_on() {
 fn strands_that_overlap_at_the_start_are_told() {
     let told = |set: &[&str]| {
         let set: Vec<String> = set.iter().map(ToString::to_string).collect();
-        let loaded = runner::scene::load(&scene_path("coupled/dipped-wisp.ron"), &set).unwrap();
+        let loaded = runner::scene::load(scene_path("coupled/dipped-wisp.ron"), &set).unwrap();
         runner::overlap::at_start(&loaded.scene).unwrap()
     };
     let random = told(&["strands[0].shape.count=50", "strands[0].shape.arrangement=Random"]);

@@ -13,12 +13,10 @@ use crate::scene::expand::{StrandGeometry, expand};
 use crate::scene::quantity::Quantity;
 use crate::scene::strands::{Arrangement, StrandShape};
 use crate::scene::{Scene, Units};
+use crate::world::contact::HELD;
 
 /// Overlap in radii from which on it is told: less is round-off of a scene that lets strands touch, or gone after a few steps.
 const TOLD: f64 = 0.02;
-
-/// Share of a contact that free vertices must carry; contact leaves out what is held on both sides.
-const HELD: f64 = 0.01;
 
 /// The strands of one group that overlap others.
 #[derive(Clone, Debug, PartialEq)]

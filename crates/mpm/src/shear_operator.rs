@@ -108,7 +108,7 @@ pub fn apply_particles<const D: usize>(
     // One factor 4/dx for each gradient, distances being in cells.
     let scale = 4.0 / dx;
     let (ny, nz) = (if D > 1 { 3 } else { 1 }, if D > 2 { 3 } else { 1 });
-    // Rounding may put a particle a hair outside its cell: nothing is left out.
+    // Rounding may put a particle a hair outside its cell: what it reads there has to be there.
     through_tiles(
         grid,
         q,

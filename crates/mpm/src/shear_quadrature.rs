@@ -323,27 +323,46 @@ impl<const D: usize> Quadrature<D> {
         arrays::resize(&mut self.elastic, first as usize * points::<D>(), 0.0);
     }
 
+    /// `out = Bᵀ L B q`: gradients of `q` at all points, what `law(place, gradients)` makes of those of a cell, and the forces of that.
+    #[inline(always)]
+    fn through_points(
+        &self,
+        grid: &LiquidGrid<D>,
+        q: &[f64],
+        out: &mut [f64],
+        scratch: &mut OperatorScratch,
+        law: impl Fn(usize, &[[Points; 3]; 3]) -> [[Points; 3]; 3] + Sync,
+    ) {
+        let part = |rank| *grid.blocks.reached(rank);
+        through_tiles(grid, q, out, scratch, part, |rank, input, result| {
+            let cells = &self.cells[rank];
+            vectorised(
+                #[inline(always)]
+                || {
+                    sweep::<D>(
+                        cells.used,
+                        Some(input),
+                        result,
+                        &LINES,
+                        #[inline(always)]
+                        |cell, g| law(cells.place(cell), g),
+                    );
+                },
+            );
+        });
+    }
+
     /// `out = H q`, components one after the other.
     pub fn apply(&self, grid: &LiquidGrid<D>, q: &[f64], out: &mut [f64], scratch: &mut OperatorScratch) {
         let numbers = numbers::<D>() * points::<D>();
         let inverse_dx2 = 1.0 / (grid.lattice().dx * grid.lattice().dx);
-        through_tiles(
+        self.through_points(
             grid,
             q,
             out,
             scratch,
-            |rank| *grid.blocks.reached(rank),
-            |rank, input, result| {
-                let cells = &self.cells[rank];
-                vectorised(
-                    #[inline(always)]
-                    || {
-                        sweep::<D>(cells.used, Some(input), result, &LINES, |cell, g| {
-                            act::<D>(&self.data[cells.place(cell) * numbers..][..numbers], g, inverse_dx2)
-                        });
-                    },
-                );
-            },
+            #[inline(always)]
+            |place, g| act::<D>(&self.data[place * numbers..][..numbers], g, inverse_dx2),
         );
     }
 
@@ -351,32 +370,24 @@ impl<const D: usize> Quadrature<D> {
     pub fn apply_elastic(&self, grid: &LiquidGrid<D>, q: &[f64], out: &mut [f64], scratch: &mut OperatorScratch) {
         let np = points::<D>();
         let inverse_dx2 = 1.0 / (grid.lattice().dx * grid.lattice().dx);
-        through_tiles(
+        self.through_points(
             grid,
             q,
             out,
             scratch,
-            |rank| *grid.blocks.reached(rank),
-            |rank, input, result| {
-                let cells = &self.cells[rank];
-                vectorised(
-                    #[inline(always)]
-                    || {
-                        sweep::<D>(cells.used, Some(input), result, &LINES, |cell, g| {
-                            let coefficient = &self.elastic[cells.place(cell) * np..][..np];
-                            let mut l = [[NOTHING; 3]; 3];
-                            for u in 0..np / 4 {
-                                let factor = read(coefficient, 0, np, u) * (0.5 * inverse_dx2);
-                                for i in 0..D {
-                                    for j in 0..D {
-                                        l[i][j][u] = factor * (g[i][j][u] + g[j][i][u]);
-                                    }
-                                }
-                            }
-                            l
-                        });
-                    },
-                );
+            #[inline(always)]
+            |place, g| {
+                let coefficient = &self.elastic[place * np..][..np];
+                let mut l = [[NOTHING; 3]; 3];
+                for u in 0..np / 4 {
+                    let factor = read(coefficient, 0, np, u) * (0.5 * inverse_dx2);
+                    for i in 0..D {
+                        for j in 0..D {
+                            l[i][j][u] = factor * (g[i][j][u] + g[j][i][u]);
+                        }
+                    }
+                }
+                l
             },
         );
     }

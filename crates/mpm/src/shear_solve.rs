@@ -311,6 +311,7 @@ impl<const D: usize> ShearSolver<D> {
         self.mass.clear();
         self.liquid.clear();
         arrays::room(&mut self.liquid, D * n);
+        arrays::resize(&mut self.force, D * n, 0.0);
         for array in [&mut self.start, &mut self.mass, &mut self.reference, &mut self.inverse_diagonal, &mut self.work]
         {
             arrays::room(array, D * n);
@@ -584,7 +585,6 @@ impl<const D: usize> ShearSolver<D> {
         self.work.extend_from_slice(&self.delta);
         expand(grid, &mut self.work, false);
         show(&self.ghosts, &mut self.work);
-        self.force.resize(self.work.len(), 0.0);
         self.quadrature.apply_elastic(grid, &self.work, &mut self.force, &mut self.operator);
         let bound = dt * dt * numerics::reduce::norm(&self.force);
         if bound <= settings.newton_tolerance * size {
@@ -640,7 +640,6 @@ impl<const D: usize> ShearSolver<D> {
             }
         }
         show(&self.ghosts, &mut self.work);
-        self.force.resize(self.work.len(), 0.0);
         match self.chosen {
             ShearOperator::Particles => {
                 apply_particles(particles, &self.state, grid, &self.work, &mut self.force, &mut self.operator);
@@ -833,7 +832,6 @@ impl<const D: usize> ShearSolver<D> {
         loop {
             self.work.clear();
             self.work.resize(self.mass.len(), 0.0);
-            self.force.resize(self.mass.len(), 0.0);
             for (compact, all) in [(&mut self.active_rhs, &self.rhs), (&mut self.active_delta, &self.delta)] {
                 compact.clear();
                 arrays::room(compact, self.active.len());

@@ -67,6 +67,11 @@ const INNER: usize = 2;
 const INNER_COST: usize = 2;
 const WORTH_CLUSTERING: usize = 500;
 
+/// How often long runs of sweeps over so many contacts go over each cluster.
+fn inner(contacts: usize) -> usize {
+    if contacts >= WORTH_CLUSTERING { INNER } else { 1 }
+}
+
 /// Turns of the last resort.
 const TURNS: usize = 6;
 
@@ -187,7 +192,7 @@ impl Auto {
                 local: self.local,
                 patience: None,
                 window: WINDOW,
-                inner: if small.len() >= WORTH_CLUSTERING { INNER } else { 1 },
+                inner: inner(small.len()),
             };
             let answer = if thinning { short.solve(&small, &mut x) } else { self.whole(&small, &mut x) };
             for (k, x) in members.iter().zip(&x) {
@@ -226,8 +231,8 @@ impl Auto {
         let elimination = minimum_degree(group.w, NEWTON_PRODUCTS);
         let products = elimination.as_ref().map_or(NEWTON_PRODUCTS, |e| e.block_products);
         let sweep = group.w.block_count() + LOCAL_SOLVE * group.len();
-        let clustered = group.len() >= WORTH_CLUSTERING;
-        let worth = NEWTON_FACTORS * products * 3 / (sweep * if clustered { INNER_COST } else { 1 });
+        let inner = inner(group.len());
+        let worth = NEWTON_FACTORS * products * 3 / (sweep * if inner > 1 { INNER_COST } else { 1 });
         let mut budget =
             NEWTON_SWEEPS.saturating_mul(self.max_sweeps).saturating_mul(sweep).max(2 * NEWTON_FACTORS * products);
         let mut by_newton = |attempts: &[Attempt], elimination: &Elimination, r: &mut [Vec3]| {
@@ -245,7 +250,7 @@ impl Auto {
                 local: self.local,
                 patience: Some(worth.min(self.max_sweeps)),
                 window: WINDOW,
-                inner: if clustered { INNER } else { 1 },
+                inner,
             };
             outcome = long.solve(group, r).after(&outcome);
             if outcome.status.is_converged() {

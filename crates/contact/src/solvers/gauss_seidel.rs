@@ -177,15 +177,21 @@ fn sweep(
     let mut parts = ResidualParts::default();
     let accept = (LOCAL_SHARE * group.tolerance).clamp(LEAST_LOCAL, LOCAL);
     for k in 0..group.len() {
-        let mut u = group.w.row_product_sparse(k, r);
-        for i in 0..3 {
-            u[i] += group.q[k][i];
-        }
-        let old = r[k];
-        parts.add(&old, &u, &group.q[k], group.friction[k], weights[k]);
-        r[k] = solve_one(&locals[k], &u, &old, method, accept);
+        let u = visit(group, k, weights[k], r, &mut parts);
+        r[k] = solve_one(&locals[k], &u, &r[k], method, accept);
     }
     parts
+}
+
+/// Velocity of a contact with the present impulses; what it adds to the residual is gathered.
+#[inline]
+fn visit(group: &Group<'_>, k: usize, weight: f64, r: &[Vec3], parts: &mut ResidualParts) -> Vec3 {
+    let mut u = group.w.row_product_sparse(k, r);
+    for i in 0..3 {
+        u[i] += group.q[k][i];
+    }
+    parts.add(&r[k], &u, &group.q[k], group.friction[k], weight);
+    u
 }
 
 /// The impulse of one contact whose velocity is `u` with its present one `old`.
@@ -225,11 +231,7 @@ fn sweep_clusters(
         outside.clear();
         for (place, k) in members.iter().enumerate() {
             let k = *k as usize;
-            let mut u = group.w.row_product_sparse(k, r);
-            for i in 0..3 {
-                u[i] += group.q[k][i];
-            }
-            parts.add(&r[k], &u, &group.q[k], group.friction[k], weights[k]);
+            let u = visit(group, k, weights[k], r, &mut parts);
             if members.len() > 1 {
                 let inside = clusters.inner_product(c, place, r);
                 outside.push([u[0] - inside[0], u[1] - inside[1], u[2] - inside[2]]);

@@ -28,6 +28,10 @@ use crate::scene::contact::{ContactFailure, ContactSolver};
 use crate::scene::time::{Component, StepControl};
 use cohesion::{CohesionWorld, Wetness};
 
+/// A contact counts as held where free vertices carry less than this share of it on both sides: an impulse could move it
+/// only by moving them a hundred times farther.
+pub const HELD: f64 = 0.01;
+
 /// Contact of a scene; absent where nothing can touch.
 pub struct ContactWorld {
     /// Settings of the solvers.

@@ -5,11 +5,7 @@ use nalgebra::Vector3;
 use rods::{Integrator, RodSet, RodStepper};
 
 use super::{STABILISATION, Setting};
-use crate::world::contact::{ContactWorld, Lists, Yielding};
-
-/// A contact counts as held where free vertices carry less than this share of it on both sides: an impulse could move it
-/// only by moving them a hundred times farther.
-const HELD: f64 = 0.01;
+use crate::world::contact::{ContactWorld, HELD, Lists, Yielding};
 
 /// Ends of the step under the present solution.
 pub(super) fn read_ends(lists: &mut Lists, rods: &RodSet, stepper: &RodStepper) {

@@ -39,8 +39,8 @@ fn spawn(scene: &Path, out: &Path, resume: bool) -> Child {
     command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the program starts")
 }
 
-/// Waits until the run has at least `bytes` of series, or has ended; true if it is still going.
-fn wait_for_series(child: &mut Child, out: &Path, checkpoints: usize) -> bool {
+/// Waits until the run has at least so many files among its checkpoints, or has ended; true if it is still going.
+fn wait_for_checkpoints(child: &mut Child, out: &Path, checkpoints: usize) -> bool {
     let limit = Instant::now() + Duration::from_secs(60);
     loop {
         if child.try_wait().expect("the child can be asked").is_some() {
@@ -66,7 +66,7 @@ fn a_run_killed_at_random_moments_and_resumed_writes_the_same_bytes() {
     let mut kills = 0;
     for round in 0..5 {
         let mut child = spawn(&file, &killed, round > 0);
-        if wait_for_series(&mut child, &killed, 1) {
+        if wait_for_checkpoints(&mut child, &killed, 1) {
             std::thread::sleep(Duration::from_millis(3 * round));
             child.kill().expect("the child can be killed");
             kills += 1;
@@ -131,7 +131,7 @@ fn a_killed_batch_goes_on_with_the_same_command() {
     let (whole, killed) = (dir.path().join("whole"), dir.path().join("killed"));
     assert!(batch(&whole).status().unwrap().success());
     let mut child = batch(&killed).spawn().unwrap();
-    if wait_for_series(&mut child, &killed.join("one"), 2) {
+    if wait_for_checkpoints(&mut child, &killed.join("one"), 2) {
         child.kill().unwrap();
     }
     child.wait().unwrap();

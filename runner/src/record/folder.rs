@@ -8,6 +8,9 @@ use std::time::{Duration, Instant};
 /// The file by which a process holds the folder.
 const LOCK: &str = ".lock";
 
+/// How the names of files begin that are not in their place yet. A process that is killed leaves them behind.
+const UNFINISHED: &str = ".unfinished-";
+
 /// The right to write into a run's folder.
 #[derive(Debug)]
 pub struct TakenFolder {
@@ -87,7 +90,8 @@ impl RunFolder {
         fs::read_dir(&self.root).is_ok_and(|entries| entries.flatten().all(|entry| entry.file_name() == LOCK))
     }
 
-    /// Removes what a former run left, and nothing else.
+    /// Removes what a former run left, and nothing else. The checkpoints go last: whenever this is cut short, what is left still
+    /// [holds a run](Self::holds_a_run) or is [bare](Self::is_bare).
     ///
     /// # Errors
     /// When the file system refuses.
@@ -102,7 +106,8 @@ impl RunFolder {
     }
 
     /// Takes the folder for this process, creating it if need be; it is free again when the guard is dropped or the process
-    /// ends, however it ends. Waits up to `patience` for another process to leave.
+    /// ends, however it ends. Waits up to `patience` for another process to leave. Files that a killed process left unfinished
+    /// are removed.
     ///
     /// # Errors
     /// When the file system refuses.
@@ -112,7 +117,11 @@ impl RunFolder {
         let give_up = Instant::now() + patience;
         loop {
             match file.try_lock() {
-                Ok(()) => return Ok(Some(TakenFolder { _file: file })),
+                Ok(()) => {
+                    remove_unfinished(&self.root)?;
+                    remove_unfinished(&self.checkpoints())?;
+                    return Ok(Some(TakenFolder { _file: file }));
+                }
                 Err(fs::TryLockError::Error(error)) => return Err(error),
                 Err(fs::TryLockError::WouldBlock) if Instant::now() >= give_up => return Ok(None),
                 Err(fs::TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(50)),
@@ -120,14 +129,25 @@ impl RunFolder {
         }
     }
 
-    /// Creates the folder with its parts.
+    /// Creates the folder with its parts; the checkpoints first, by which a [run is known](Self::holds_a_run).
     ///
     /// # Errors
     /// When the file system refuses.
     pub fn create(&self) -> io::Result<()> {
-        fs::create_dir_all(self.frames())?;
-        fs::create_dir_all(self.checkpoints())
+        fs::create_dir_all(self.checkpoints())?;
+        fs::create_dir_all(self.frames())
     }
+}
+
+fn remove_unfinished(folder: &Path) -> io::Result<()> {
+    let entries = match fs::read_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        entries => entries?,
+    };
+    for entry in entries.flatten().filter(|entry| entry.file_name().to_string_lossy().starts_with(UNFINISHED)) {
+        remove_if_present(fs::remove_file(entry.path()))?;
+    }
+    Ok(())
 }
 
 fn remove_if_present(result: io::Result<()>) -> io::Result<()> {
@@ -154,6 +174,7 @@ pub fn write_atomically(path: &Path, content: &[u8]) -> io::Result<()> {
 /// A new file in `folder`, to be written and then moved to its place. Others may read it, as far as the user's mask allows.
 pub(super) fn new_file_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
+    builder.prefix(UNFINISHED);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt as _;
@@ -176,6 +197,20 @@ mod tests {
         drop(first);
         assert!(folder.take(Duration::ZERO).unwrap().is_some());
         assert!(!folder.holds_a_run());
+    }
+
+    #[test]
+    fn what_a_killed_process_left_unfinished_is_swept_away() {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = RunFolder::at(dir.path().join("run"));
+        fs::create_dir_all(folder.checkpoints()).unwrap();
+        for place in [folder.root().to_owned(), folder.checkpoints()] {
+            new_file_in(&place).unwrap().keep().unwrap();
+        }
+        let _taken = folder.take(Duration::ZERO).unwrap();
+        assert_eq!(fs::read_dir(folder.checkpoints()).unwrap().count(), 0);
+        folder.clear().unwrap();
+        assert!(folder.is_bare());
     }
 
     #[test]

@@ -81,6 +81,8 @@ pub struct LiquidGrid<const D: usize> {
     pub mass_floor: f64,
     /// Room that a particle stands for, along each direction [cells]: fills are as exact as if particles were boxes of this width. Zero: points.
     pub particle_width: f64,
+    /// Whether some liquid of the scene is elastic in shear: what is thinner than a cell then keeps its pressure.
+    pub elastic: bool,
     pub(crate) scatter: ScatterScratch,
     pub(crate) lanes: Vec<Lanes>,
     pub(crate) sort: SortScratch<D>,
@@ -99,6 +101,7 @@ impl<const D: usize> LiquidGrid<D> {
             near_solid: Vec::new(),
             mass_floor: 0.0,
             particle_width: 0.0,
+            elastic: false,
             scatter: ScatterScratch::default(),
             lanes: Vec::new(),
             sort: SortScratch::default(),

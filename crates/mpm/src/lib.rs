@@ -8,6 +8,7 @@
 //! resample           stage 2   split, merge, spread
 //! particles_to_grid  stage 3   mass, momentum, volume, shear force, volume ratio
 //! weights            stage 4   open shares, wall ties, free surface
+//! inlet              stage 4   faces in the mouths of sources
 //! tearing            stage 5   which particles are torn
 //! shear_solve        stage 6   momentum with implicit shear (shear_state, shear_operator, shear_quadrature, shear_stencil)
 //! pressure_solve     stage 6   volume
@@ -33,6 +34,7 @@ pub mod error;
 pub mod fill;
 pub mod grid;
 pub mod grid_to_particles;
+pub mod inlet;
 pub mod ledger;
 pub mod liquid_plasticity;
 pub mod material;
@@ -62,6 +64,7 @@ pub use advect::AdvectReport;
 pub use deformation::DeformationReport;
 pub use error::LiquidError;
 pub use grid::{LiquidGrid, WallTie};
+pub use inlet::Inlet;
 pub use ledger::{Ledger, LedgerReport};
 pub use liquid_plasticity::PlasticityReport;
 pub use material::LiquidMaterial;

@@ -49,6 +49,7 @@ fn activate_any<const D: usize>(
     particles.sort(&lattice, &mut grid.order, &mut grid.sort)?;
     grid.blocks.rebuild(&grid.order, extra);
     let density = materials.iter().map(|m| m.density).fold(f64::INFINITY, f64::min);
+    grid.elastic = materials.iter().any(|m| m.law.is_shear_elastic());
     grid.mass_floor = if density.is_finite() { 1e-12 * density * grid.cell_volume() } else { 0.0 };
     Ok(())
 }

@@ -3,7 +3,8 @@
 //! A source is a shape that is kept full of liquid moving at a given velocity. Its samples lie on a lattice that drifts with that
 //! velocity; at each step the samples that have entered the shape since the last one become particles. The stream is thus
 //! sampled evenly whatever the step, and the emitted volume follows the swept volume to within one layer of samples.
-//! When a sample enters depends on the time alone, so a restarted run emits the same particles.
+//! When a sample enters depends on the time alone, so a restarted run emits the same particles. While it flows, the faces inside
+//! the shape keep its velocity (see [`inlet`](crate::inlet)).
 
 use crate::material::LiquidMaterial;
 use crate::particles::{Particle, Particles};

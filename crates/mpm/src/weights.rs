@@ -8,6 +8,11 @@
 //! surface; inverting it gives a signed distance that is unbiased for flat surfaces in any direction (exact along axes), with no
 //! particle radius to calibrate. Near walls the fraction is divided by the share of the kernel that is open: exactly for plane
 //! walls and where two of them meet at a right angle or face each other, interpolated in between, within one solid as between two.
+//!
+//! *Threads.* What is thinner than a cell fills no cell to its centre, and a thread without pressure is nonsense where the liquid bears
+//! shear: its axial tension comes with a radial push of half the size, which only the pressure balances. The cells in which such a thread
+//! or sheet is thickest therefore count as liquid. (A stream of shaving cream that thins to nine tenths of its radius, two cells wide, swelled to thrice
+//! its width without.)
 
 use crate::arrays;
 use crate::grid::{LiquidGrid, WallTie};
@@ -17,7 +22,7 @@ use crate::{LiquidError, open_fraction};
 use numerics::bspline;
 use numerics::tensor::Vector;
 use particle_grid::lattice::local_digits;
-use particle_grid::{BLOCK, CENTRE, NONE, cells_per_block, mac_offset};
+use particle_grid::{BLOCK, BlockGrid, CENTRE, NONE, cells_per_block, mac_offset};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +30,12 @@ use serde::{Deserialize, Serialize};
 const AT_WALL: f64 = 0.4;
 /// Solids are taken this much larger [cells], so that a face lying exactly on a wall counts as closed.
 const SKIN: f64 = 1e-6;
+/// A cell holds the thickest part of a thread if it is filled at least this much as well as the best of its neighbours …
+const RIDGE: f64 = 0.8;
+/// … and at least this much in all: less is spray.
+const CRUMB: f64 = 0.1;
+/// How deep the centre of such a cell counts as lying in the liquid [cells].
+const THREAD_DEPTH: f64 = 0.25;
 /// Faces whose normal component exceeds this share (squared cosine) are left to the pressure where they are open.
 const NORMAL_SHARE: f64 = 0.5;
 
@@ -314,23 +325,46 @@ fn liquid_distance<const D: usize>(
     let n = grid.blocks.node_count();
     let dx = grid.lattice().dx;
     let shift = bspline::inverse_integral(settings.liquid_threshold);
-    let cell = &mut grid.cell;
+    let LiquidGrid { blocks, cell, elastic, .. } = grid;
     arrays::resize(&mut cell.liquid_distance, n, 0.0);
     let (fraction, solid, kernel) = (&cell.liquid_fraction, &cell.solid_distance, &cell.kernel_open);
+    // The kernel of a cell at a wall reaches into the solid, where there is no liquid.
+    let filled = |i: usize| {
+        let strands = solid_fraction.map_or(0.0, |s| s[i]).min(0.95);
+        fraction[i] / (kernel[i] * (1.0 - strands))
+    };
     cell.liquid_distance.par_iter_mut().enumerate().with_min_len(4096).for_each(|(i, d)| {
-        let mut filled = fraction[i];
-        if filled <= 0.0 {
+        if fraction[i] <= 0.0 {
             *d = 1.5 * dx;
             return;
         }
-        // The kernel of a cell at a wall reaches into the solid, where there is no liquid.
-        let open = kernel[i];
-        let strands = solid_fraction.map_or(0.0, |s| s[i]).min(0.95);
-        filled /= open * (1.0 - strands);
-        *d = -dx * (bspline::inverse_integral(filled.min(1.0)) - shift);
+        let here = filled(i);
+        *d = -dx * (bspline::inverse_integral(here.min(1.0)) - shift);
         if solid[i] < 0.0 && fraction[i] > 1e-3 {
             // The open rest of a cell whose centre lies in the solid continues the liquid in front of it.
             *d = d.min(-0.5 * dx);
         }
+        if *elastic && *d >= 0.0 && here >= CRUMB && here >= RIDGE * fullest_around(blocks, i, &filled) {
+            *d = -THREAD_DEPTH * dx;
+        }
     });
+}
+
+/// The largest fill among the cells around one, diagonals included.
+fn fullest_around<const D: usize>(blocks: &BlockGrid<D>, node: usize, filled: &impl Fn(usize) -> f64) -> f64 {
+    let mut most = 0.0f64;
+    for around in 0..3usize.pow(D as u32) {
+        let (mut at, mut rest) = (node as u32, around);
+        for axis in 0..D {
+            let step = (rest % 3) as i32 - 1;
+            rest /= 3;
+            if step != 0 && at != NONE {
+                at = blocks.along(at as usize, axis, step);
+            }
+        }
+        if at != NONE && at != node as u32 {
+            most = most.max(filled(at as usize));
+        }
+    }
+    most
 }

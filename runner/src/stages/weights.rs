@@ -3,10 +3,11 @@
 use super::Step;
 use crate::system::Rejection;
 use crate::world::World;
+use crate::world::liquid::sources::Mouth;
 use crate::world::liquid::{Flow, FlowState, in_its_dimension, rejection, solids};
 use crate::world::solids::SceneSolid;
 
-/// Finds open shares, wall ties and distances.
+/// Finds open shares, wall ties and distances, and holds the liquid in the mouths of sources.
 pub fn run(world: &mut World, step: Step) -> Result<(), Rejection> {
     super::mixture::coupling::crowd(world)?;
     in_its_dimension!(world, |flow, state| weigh(flow, state, &world.solids, step))
@@ -25,5 +26,8 @@ fn weigh<const D: usize>(
     let fraction = flow.coupling.solid_fraction();
     flow.report.weights = mpm::weights::weights(&mut flow.grid, &posed, fraction, &flow.settings.pressure)
         .map_err(|error| rejection("weights", &error, &state.particles.id))?;
+    let dx = flow.grid.lattice().dx;
+    let mouths: Vec<Mouth<'_>> = flow.sources.iter().filter_map(|source| source.mouth(step.time, dx)).collect();
+    mpm::inlet::hold_inlets(&mut flow.grid, &mouths);
     Ok(())
 }

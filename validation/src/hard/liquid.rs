@@ -23,6 +23,7 @@ pub fn cases() -> Vec<Case> {
         case("hard/liquid-stiff-elastic", "elastic waves that cross a cell and more in a step", stiff_elastic),
         case("hard/liquid-large-strain", "the tangent is indefinite", large_strain),
         case("hard/liquid-torn-thread", "a thread is drawn out and tears", torn_thread),
+        case("hard/liquid-drawn-stream", "a stream that thins below the size of a cell", drawn_stream),
         case("hard/liquid-long-step", "steps that invert particles are halved", long_step),
         case("hard/liquid-modulus-contrast", "bulk moduli of 10⁴ and 10¹³ Pa side by side", modulus_contrast),
         case("hard/liquid-no-air", "a closed box full of water", no_air),
@@ -145,6 +146,53 @@ fn large_strain(params: &Params) -> Result<Outcome, CaseError> {
     let mut out = judged(&run)?;
     let residual = largest(run.series.column("shear_residual")?);
     out.measure("shear_residual", residual, |x| x <= 1e-6, "every shear solve reaches its tolerance");
+    Ok(out)
+}
+
+/// A piece of a falling stream between two heights.
+struct Section {
+    /// Depth of its middle below the nozzle [m].
+    depth: f64,
+    /// Cross-section of the liquid in it [m²].
+    area: f64,
+    /// Mean square distance from the axis [m²].
+    square: f64,
+}
+
+/// The stream in pieces of four cells, without what the tip of a young stream still changes.
+fn sections(positions: &[[f64; 3]]) -> Vec<Section> {
+    let (length, volume) = (0.02, (5e-3_f64 / 4.0).powi(3));
+    (0..6)
+        .map(|k| {
+            let depth = (f64::from(k) + 0.5) * length;
+            let inside = positions.iter().filter(|x| (-x[1] - depth).abs() <= 0.5 * length);
+            let (count, sum) = inside.fold((0.0, 0.0), |(n, sum), x| (n + 1.0, sum + x[0] * x[0] + x[2] * x[2]));
+            Section { depth, area: count * volume / length, square: sum / count }
+        })
+        .collect()
+}
+
+fn drawn_stream(params: &Params) -> Result<Outcome, CaseError> {
+    let (text, name) = scene!("liquid-drawn-stream");
+    let run = SceneRun::hard(text, name, params)?;
+    let mut out = judged(&run)?;
+    let none = || CaseError::Failed("no frames".to_owned());
+    let frames = run.frames("particles")?;
+    let cream = sections(&frames.last().ok_or_else(none)?.1);
+    // a round stream full of liquid has 2π⟨r²⟩ = A
+    let swollen =
+        cream.iter().map(|s| (2.0 * std::f64::consts::PI * s.square / s.area - 1.0).abs()).fold(0.0, f64::max);
+    out.measure("thickness_error", swollen, |x| x <= 0.12, "the stream is as thick as the liquid in it");
+    let set = r#"materials.liquid=Liquid(preset:"water")"#.to_owned();
+    let water = SceneRun::of(text, name, &[set])?;
+    out.measure("water_completed", water.completed(), |x| x == 1.0, "water comes to its end, too");
+    let frames = water.frames("particles")?;
+    let water = sections(&frames.last().ok_or_else(none)?.1);
+    let mouth = 52.0 * (5e-3_f64 / 4.0).powi(2);
+    let narrowing = |s: &Section| s.area / mouth * (0.64 + 2.0 * 9.81 * s.depth).sqrt() / 0.8;
+    let mean = water.iter().map(narrowing).sum::<f64>() / water.len() as f64;
+    out.measure("torricelli", (mean - 1.0).abs(), |x| x <= 0.03, "water narrows as its speed grows");
+    out.info("front_of_cream", last(&run, "liquid_low_y")?);
     Ok(out)
 }
 

@@ -5,6 +5,7 @@ use mpm::{LedgerReport, TORN, Totals, Vector, YIELDED};
 use numerics::tensor::deviator;
 use serde_json::{Map, Value, json};
 
+use super::sources::Source;
 use super::{Flow, FlowState};
 use crate::system::Column;
 
@@ -28,14 +29,14 @@ impl<const D: usize> Flow<D> {
             add(&format!("liquid_angular_momentum_{axis}"), "N m s", "angular momentum about the origin");
         }
         for axis in &AXES[..D] {
-            let meaning = "momentum that neither sources, drains nor body forces account for: what solids gave so far";
+            let meaning = "momentum that neither sources, drains nor body forces account for: what solids and the mouths of sources gave so far";
             add(&format!("liquid_solid_impulse_{axis}"), "N s", meaning);
         }
         for axis in &AXES[..D] {
             let meaning = "momentum that the pressure gave so far: what walls and strands answered";
             add(&format!("liquid_pressure_impulse_{axis}"), "N s", meaning);
         }
-        if self.bodies.is_empty() {
+        if self.is_alone() {
             let meaning =
                 "momentum that sources, drains, body forces, strands and the pressure do not account for, relative";
             add("liquid_momentum_defect", "1", meaning);
@@ -98,7 +99,7 @@ impl<const D: usize> Flow<D> {
         out.extend(if D == 2 { vec![totals.angular_momentum[0]] } else { totals.angular_momentum.to_vec() });
         out.extend(books.solid_impulse.iter());
         out.extend(state.pressure_impulse.iter());
-        if self.bodies.is_empty() {
+        if self.is_alone() {
             out.push(self.momentum_defect(state, &totals, &books));
         }
         out.push(report.transfer_defect);
@@ -167,8 +168,8 @@ impl<const D: usize> Flow<D> {
             put("liquid_swept_volume", json!(swept));
         }
         put("liquid_solid_impulse", json!(books.solid_impulse.as_slice()));
-        if self.bodies.is_empty() {
-            // nothing touches the liquid: what the books miss is the error of the method
+        if self.is_alone() {
+            // nothing holds the liquid: what the books miss is the error of the method
             put("liquid_momentum_defect", json!(self.momentum_defect(state, &totals, &books)));
             // what the pressure gave to the liquid though nothing outside pushed: strands, or the error of the free surface
             let pressed = state.pressure_impulse.norm() / self.momentum_scale(state, &totals);
@@ -192,7 +193,12 @@ impl<const D: usize> Flow<D> {
         sum.max((2.0 * totals.mass * totals.kinetic_energy).sqrt()).max(f64::MIN_POSITIVE)
     }
 
-    /// Momentum that no booked impulse accounts for where no solid touches the liquid, relative.
+    /// Whether nothing holds the liquid: neither solids nor the mouths of sources.
+    fn is_alone(&self) -> bool {
+        self.bodies.is_empty() && !self.sources.iter().any(Source::flows)
+    }
+
+    /// Momentum that no booked impulse accounts for where nothing holds the liquid, relative.
     fn momentum_defect(&self, state: &FlowState<D>, totals: &Totals<D>, books: &LedgerReport<D>) -> f64 {
         (books.solid_impulse - state.pressure_impulse).norm() / self.momentum_scale(state, totals)
     }

@@ -5,8 +5,8 @@
 //! velocity of the nozzle.
 
 use geometry::planar::PlanarShape;
-use geometry::{Motion, Shape};
-use mpm::{Emission, Ledger, Particles, SourceSettings, SourceShape, SourceState, Vector, emit, terminate};
+use geometry::{Motion, Pose, Shape, VelocityField};
+use mpm::{Emission, Inlet, Ledger, Particles, SourceSettings, SourceShape, SourceState, Vector, emit, terminate};
 use particle_grid::Lattice;
 
 use super::{Flow, FlowState, lift, lower};
@@ -135,11 +135,65 @@ impl Source {
         out
     }
 
+    /// Whether liquid flows through it: one that is at rest against its shape only fills it.
+    #[must_use]
+    pub fn flows(&self) -> bool {
+        self.velocity != Vector::<3>::zeros()
+    }
+
+    /// Its mouth at a time [s], on a grid of spacing `dx` [m]; `None` while it is shut or where nothing flows.
+    #[must_use]
+    pub fn mouth(&self, time: f64, dx: f64) -> Option<Mouth<'_>> {
+        let open = (self.during.0..self.during.1).contains(&time);
+        let (low, high) = self.place.own_bounds()?;
+        if !open || !self.flows() {
+            return None;
+        }
+        let (pose, field) = self.place.motion.evaluate(&self.place.center, time);
+        let along = self.velocity.normalize();
+        let thickness = along.abs().dot(&(high - low));
+        let reach = (0.5 * (dx - thickness)).max(0.0) + 1e-9 * dx;
+        Some(Mouth { source: self, pose, field, shift: along * reach })
+    }
+
     /// Largest speed of its liquid at a time [m/s]; zero while it is shut.
     #[must_use]
     pub fn speed(&self, time: f64, dt: f64) -> f64 {
         let open = time < self.during.1 && time + dt > self.during.0;
         if open { self.velocity.norm() + self.place.velocity(time).norm() } else { 0.0 }
+    }
+}
+
+/// The place where the grid carries the velocity of a source, at one instant. Along the flow it is at least a cell long, so that a
+/// thin shape holds one layer of faces wherever it lies between them.
+#[derive(Clone, Debug)]
+pub struct Mouth<'a> {
+    source: &'a Source,
+    pose: Pose,
+    field: VelocityField,
+    /// How far it reaches beyond the shape, along the flow [m].
+    shift: Vector<3>,
+}
+
+impl<const D: usize> Inlet<D> for Mouth<'_> {
+    fn holds(&self, x: &Vector<D>) -> bool {
+        let own = self.pose.apply_inverse(&lift(x));
+        let inside = |y: Vector<3>| self.source.place.own_distance(&y) < 0.0;
+        inside(own) || inside(own + self.shift) || inside(own - self.shift)
+    }
+
+    fn bounds(&self) -> (Vector<D>, Vector<D>) {
+        let Some((low, high)) = self.source.place.own_bounds() else { return (Vector::zeros(), Vector::zeros()) };
+        let (centre, half) = (0.5 * (low + high), 0.5 * (high - low) + self.shift.abs());
+        // whichever way it is turned
+        let reach = Vector::<3>::repeat(half.norm());
+        let centre = self.pose.apply(&centre);
+        (lower(&(centre - reach)), lower(&(centre + reach)))
+    }
+
+    fn velocity(&self, x: &Vector<D>) -> Vector<D> {
+        let x = lift(x);
+        lower(&(self.pose.rotation * self.source.velocity + self.field.at(&x)))
     }
 }
 

@@ -27,7 +27,7 @@ section! {
         name: Option<String> = [None] () "";
         /// A liquid in `materials`.
         material: String = [required] () "";
-        /// The shape; it is kept full.
+        /// The shape; it is kept full, and while liquid flows through it the grid keeps its velocity there, as a nozzle would.
         shape: Volume = [required] () "";
         /// Velocity of the liquid in it, in addition to that of the motion.
         velocity: Vector3<f64> = [required] (Velocity) "";

@@ -228,7 +228,7 @@ impl Translation<'_, '_> {
         if !sources.is_empty() {
             let what = "sources";
             let why = "the original fills any sub-cell that is empty at random, about 1.6 times what flows through; \
-                       here a source gives what its shape and velocity say";
+                       here a source gives what its shape and velocity say, and holds the liquid in it at that velocity";
             self.document.note(Heading::Changed, Span::NONE, what, why);
         }
         (tanks, sources)

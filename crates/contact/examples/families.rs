@@ -1,7 +1,7 @@
 //! Solves many members of every family and prints failures, iterations and processor time.
 //!
-//! `cargo run --release -p contact --example families -- FIRST LAST [solver] [family | all] [units]`: with `units` every member is posed
-//! in eight other systems of units, `W` from 1e-10 to 1e10 of what it was and velocities from 1e-3 to 1e3.
+//! `cargo run --release -p contact --example families -- FIRST LAST [solver] [family | all] [units | one] [times]`: with `units` every member is
+//! posed in eight other systems of units, `W` from 1e-10 to 1e10 of what it was and velocities from 1e-3 to 1e3; `times` as many bodies.
 use contact::families::{Family, Random};
 use contact::{BlockMatrix, ContactProblem, ContactSettings, Scaling, SolverChoice, solve};
 use std::time::Instant;
@@ -21,10 +21,14 @@ fn in_units(p: &ContactProblem, (w, v): (i32, i32), mixed: bool) -> ContactProbl
     ContactProblem::new(BlockMatrix::from_triplets(p.len(), &triplets), q, p.friction.clone()).expect("finite numbers")
 }
 
-/// Processor time of this process so far [s] (from `/proc`; zero where that does not exist).
+/// Processor time of this process so far, all threads [s] (from `/proc`; zero where that does not exist).
 fn cpu_seconds() -> f64 {
-    let stat = std::fs::read_to_string("/proc/self/schedstat").unwrap_or_default();
-    stat.split_whitespace().next().and_then(|ns| ns.parse::<f64>().ok()).unwrap_or(0.0) * 1e-9
+    let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
+    let spent = tasks.filter_map(|task| {
+        let stat = std::fs::read_to_string(task.path().join("schedstat")).ok()?;
+        stat.split_whitespace().next()?.parse::<f64>().ok()
+    });
+    spent.sum::<f64>() * 1e-9
 }
 
 fn main() {
@@ -34,6 +38,7 @@ fn main() {
     let solver = args.get(2).and_then(|n| SolverChoice::from_name(n)).unwrap_or_default();
     let only = args.get(3).filter(|name| *name != "all").cloned();
     let units: &[(i32, i32)] = if args.get(4).is_some_and(|u| u == "units") { &UNITS } else { &UNITS[..1] };
+    let times = number(5, 1) as usize;
     for family in Family::ALL {
         if only.as_ref().is_some_and(|o| o != family.name()) {
             continue;
@@ -41,7 +46,7 @@ fn main() {
         let (mut count, mut failed, mut newton, mut time, mut slowest, mut contacts) =
             (0, Vec::new(), 0, 0.0, 0.0_f64, 0);
         for seed in first..last {
-            let member = family.member(seed);
+            let member = family.larger_member(seed, times);
             let posed = units.iter().enumerate();
             let ways = posed.flat_map(|(i, u)| [Scaling::UnitStep, Scaling::PerContact].map(|s| (i, *u, s)));
             for (i, unit, scaling) in ways {

@@ -65,6 +65,13 @@ impl Family {
     /// symmetric (an implicit gyroscopic term of relative size 1e-3, as in some public files).
     #[must_use]
     pub fn member(self, seed: u64) -> ContactProblem {
+        self.larger_member(seed, 1)
+    }
+
+    /// The member of a seed with up to `times` as many bodies.
+    #[must_use]
+    pub fn larger_member(self, seed: u64, times: usize) -> ContactProblem {
+        let times = times.max(1);
         let mut r = Random::new(seed.wrapping_mul(31).wrapping_add(self as u64));
         let shake = if seed % 2 == 1 { r.uniform(0.0, 0.1) } else { 0.0 };
         let friction = r.uniform(0.1, 1.0);
@@ -72,39 +79,39 @@ impl Family {
         let spin = if seed % 3 == 2 { 1e-3 } else { 0.0 };
         match self {
             Family::Tower => {
-                let n = r.index(2, 15);
+                let n = r.index(2 * times, 15 * times);
                 tower(&mut r, n, friction, tilt, shake, spin)
             }
             Family::Boxes => {
-                let (nx, ny) = (r.index(2, 6), r.index(2, 6));
+                let (nx, ny) = (r.index(2, 5 + times), r.index(2, 6));
                 boxes(&mut r, nx, ny, friction, if seed % 4 < 2 { GRAVITY } else { tilt }, shake, spin)
             }
             Family::Arch => {
-                let n = r.index(5, 40);
+                let n = r.index(5 * times, 40 * times);
                 arch(&mut r, n, friction, shake, spin)
             }
             Family::Chain => {
-                let n = r.index(3, 40);
+                let n = r.index(3 * times, 40 * times);
                 chain(&mut r, n, friction, shake.max(0.02), spin)
             }
             Family::Spheres => {
-                let n = r.index(5, 150);
+                let n = r.index(5 * times, 150 * times);
                 spheres(&mut r, n, friction, shake, spin)
             }
             Family::Capsules => {
-                let n = r.index(5, 100);
+                let n = r.index(5 * times, 100 * times);
                 capsules(&mut r, n, friction, shake, spin)
             }
             Family::OneObject => {
-                let n = r.index(3, 30);
+                let n = r.index(3, 30 * times);
                 one_object(&mut r, n, friction, shake, spin)
             }
             Family::Vehicle => {
-                let n = r.index(2, 5);
+                let n = r.index(2 * times, 5 * times);
                 vehicle(&mut r, n, friction, shake, spin)
             }
             Family::Random => {
-                let n = r.index(2, 40);
+                let n = r.index(2 * times, 40 * times);
                 let dofs = r.index(3, 6 * n);
                 random_system(&mut r, n, dofs, (0.0, 1.2), 0.0)
             }

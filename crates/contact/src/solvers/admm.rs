@@ -1,9 +1,12 @@
 //! Alternating directions with one reused factorisation of `W + ρ`, De Saxcé's shift updated on the way.
 //!
-//! Splits `r = z`, `z` in the cone: `(W' + ρ) r = ρ (z − w) − q' − s e_N`, `z = P_K(r + w)`, `w += r − z`, with the shift
-//! `s = ν‖u_T‖` taken from the last velocity. Over-relaxed; `ρ` follows the balance of primal and dual residuals, each
-//! change costing one factorisation. Indifferent to redundancy of contacts, slow to the last digits.
+//! Splits `r = z`, `z` in the cone: `(W' + ρ) r = ρ (z − w) − q' − s e_N`, `z = P_K(r + w)`, `w += r − z`, with De Saxcé's shift
+//! `s = ν‖u_T‖`. All state is in `v = r + w`: `z = P_K(v)`, `w = v − z`, and `u_T = −ρ w_T` where it rests. One iteration is therefore
+//! a map of `v`, over-relaxed, and its last iterates are combined (Anderson): where states no longer change the map is nearly
+//! affine, and plain iterations would crawl. `ρ` follows the balance of primal and dual residuals, each change costing one factorisation.
+//! Indifferent to redundancy of contacts.
 
+use super::anderson::Anderson;
 use super::block_lu::BlockLu;
 use super::group::{Best, Group, GroupOutcome, GroupSolver};
 use super::ordering::minimum_degree;
@@ -20,18 +23,23 @@ pub struct Admm {
     pub max_iterations: usize,
     /// Over-relaxation, 1 … 1.9.
     pub relaxation: f64,
+    /// How many of the last iterates are combined; 0: none.
+    pub window: usize,
+    /// Iterations that may pass without a tenth of the residual going.
+    pub patience: usize,
     /// Most block multiplications of one factorisation; above it the solver declines at once.
     pub work_limit: usize,
 }
 
 impl Default for Admm {
     fn default() -> Self {
-        Admm { max_iterations: 3000, relaxation: 1.6, work_limit: 2_000_000_000 }
+        Admm { max_iterations: 3000, relaxation: 1.6, window: 12, patience: 1000, work_limit: 2_000_000_000 }
     }
 }
 
 const CHECK_EVERY: usize = 10;
-const PATIENCE: usize = 1000;
+/// Iterations between a combination that moved more than what it was made from, and the next one that is tried.
+const REST: usize = 10;
 
 impl GroupSolver for Admm {
     fn name(&self) -> &'static str {
@@ -89,49 +97,49 @@ impl GroupSolver for Admm {
         if !factor(rho, &mut lu) {
             return finish(Status::Breakdown, &best, 0, r);
         }
-        let mut z: Vec<Vec3> = order.iter().zip(&d).map(|(k, d)| scale(1.0 / d, &r[*k as usize])).collect();
-        // scaled dual, started at the velocity of the first guess
-        let mut dual: Vec<Vec3> = vec![[0.0; 3]; n];
-        let mut slip = vec![0.0; n];
+        // v = z + w, with the dual started at the velocity of the first guess
+        let mut v: Vec<Vec3> = order.iter().zip(&d).map(|(k, d)| scale(1.0 / d, &r[*k as usize])).collect();
         let mut u = vec![[0.0; 3]; n];
-        w.apply(&z, &q, &mut u);
+        w.apply(&v, &q, &mut u);
         for k in 0..n {
-            let t = u[k][1].hypot(u[k][2]);
-            slip[k] = nu[k].max(0.0) * t;
-            dual[k] = scale(-1.0 / rho, &[u[k][0] + slip[k], u[k][1], u[k][2]]);
+            let shift = nu[k].max(0.0) * u[k][1].hypot(u[k][2]);
+            v[k] = [v[k][0] - (u[k][0] + shift) / rho, v[k][1] - u[k][1] / rho, v[k][2] - u[k][2] / rho];
         }
-        let mut x = vec![[0.0; 3]; n];
+        let mut past = Anderson::new(self.window, vec![1.0; n]);
+        // the plain image and its change that the last combination was made from; and how many plain iterations are still due
+        let (mut plain, mut plain_change, mut rest) = (vec![[0.0; 3]; n], f64::INFINITY, 0);
+        let mut image = vec![[0.0; 3]; n];
+        let mut next = vec![[0.0; 3]; n];
         let mut exported = vec![[0.0; 3]; n];
         let mut mark = (best.residual, 0usize);
         let mut next_balance = 30usize;
         for i in 1..=self.max_iterations {
+            let z = |k: usize| project_cone(&v[k], nu[k]);
             for k in 0..n {
+                let z = z(k);
                 for c in 0..3 {
-                    x[k][c] = rho * (z[k][c] - dual[k][c]) - q[k][c];
+                    image[k][c] = rho * (2.0 * z[c] - v[k][c]) - q[k][c];
                 }
-                x[k][0] -= slip[k];
+                image[k][0] -= nu[k].max(0.0) * rho * (v[k][1] - z[1]).hypot(v[k][2] - z[2]);
             }
-            lu.solve(&mut x);
+            lu.solve(&mut image);
             let (mut primal, mut dual_change, mut size_z, mut size_w) = (0.0, 0.0, 0.0, 0.0);
             for k in 0..n {
-                // u_T = −ρ (x − z + w)_T exactly, from the first-order condition
-                let before = z[k];
-                let v = [0, 1, 2].map(|c| -rho * (x[k][c] - before[c] + dual[k][c]));
-                slip[k] = nu[k].max(0.0) * v[1].hypot(v[2]);
-                let relaxed = [0, 1, 2].map(|c| self.relaxation * x[k][c] + (1.0 - self.relaxation) * before[c]);
-                let target = [0, 1, 2].map(|c| relaxed[c] + dual[k][c]);
-                z[k] = project_cone(&target, nu[k]);
+                let before = z(k);
+                let x = image[k];
+                image[k] = [0, 1, 2]
+                    .map(|c| self.relaxation * x[c] + (1.0 - self.relaxation) * before[c] + v[k][c] - before[c]);
+                let after = project_cone(&image[k], nu[k]);
                 for c in 0..3 {
-                    dual[k][c] = target[c] - z[k][c];
-                    primal += (x[k][c] - z[k][c]).powi(2);
-                    dual_change += (rho * (z[k][c] - before[c])).powi(2);
+                    primal += (x[c] - after[c]).powi(2);
+                    dual_change += (rho * (after[c] - before[c])).powi(2);
+                    size_w += (rho * (image[k][c] - after[c])).powi(2);
                 }
-                size_z += norm_squared(&z[k]);
-                size_w += rho * rho * norm_squared(&dual[k]);
+                size_z += norm_squared(&after);
             }
             if i % CHECK_EVERY == 0 || i == self.max_iterations {
                 for (p, k) in order.iter().enumerate() {
-                    exported[*k as usize] = scale(d[p], &z[p]);
+                    exported[*k as usize] = scale(d[p], &project_cone(&image[p], nu[p]));
                 }
                 let residual = group.residual(&exported);
                 if !residual.is_finite() {
@@ -143,7 +151,7 @@ impl GroupSolver for Admm {
                 }
                 if residual < 0.9 * mark.0 {
                     mark = (residual, i);
-                } else if i > mark.1 + PATIENCE {
+                } else if i > mark.1 + self.patience {
                     return finish(Status::Stalled, &best, i, r);
                 }
             }
@@ -153,14 +161,38 @@ impl GroupSolver for Admm {
                     ((primal / size_z.max(1e-300)) / (dual_change / size_w.max(1e-300)).max(1e-300)).sqrt().sqrt();
                 if !(0.4..=2.5).contains(&ratio) && ratio.is_finite() {
                     let new = (rho * ratio.clamp(0.1, 10.0)).clamp(1e-6, 1e4);
-                    for w in &mut dual {
-                        *w = scale(rho / new, w);
+                    for (v, nu) in image.iter_mut().zip(&nu) {
+                        let z = project_cone(v, *nu);
+                        *v = [0, 1, 2].map(|c| z[c] + (v[c] - z[c]) * rho / new);
                     }
                     rho = new;
                     if !factor(rho, &mut lu) {
                         return finish(Status::Breakdown, &best, i, r);
                     }
+                    std::mem::swap(&mut v, &mut image);
+                    past.restart();
+                    (plain_change, rest) = (f64::INFINITY, REST);
+                    continue;
                 }
+            }
+            let change = past.change(&v, &image);
+            if change > plain_change {
+                // worse than what it was made from: back to that
+                past.restart();
+                (plain_change, rest) = (f64::INFINITY, REST);
+                std::mem::swap(&mut v, &mut plain);
+                continue;
+            }
+            if self.window > 0 {
+                past.advance(&v, &image, &mut next);
+            }
+            if self.window > 0 && rest == 0 {
+                plain_change = change;
+                std::mem::swap(&mut plain, &mut image);
+                std::mem::swap(&mut v, &mut next);
+            } else {
+                rest = rest.saturating_sub(1);
+                std::mem::swap(&mut v, &mut image);
             }
         }
         finish(Status::MaxIterations, &best, self.max_iterations, r)

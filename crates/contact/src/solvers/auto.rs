@@ -6,6 +6,7 @@ use super::gauss_seidel::GaussSeidel;
 use super::group::{Best, Group, GroupOutcome, GroupSolver};
 use super::newton::{ATTEMPTS, Attempt, Newton};
 use super::ordering::{Elimination, minimum_degree};
+use super::patches::mend;
 use crate::block::{Vec3, norm_squared};
 use crate::local::{LocalContact, LocalMethod};
 use crate::problem::Component;
@@ -72,8 +73,12 @@ fn inner(contacts: usize) -> usize {
     if contacts >= WORTH_CLUSTERING { INNER } else { 1 }
 }
 
-/// Turns of the last resort.
+/// Turns of the last resort, and what a turn must gain for another one.
 const TURNS: usize = 6;
+const MOVES: f64 = 0.95;
+
+/// Iterations of alternating directions that may pass without progress where it is one of many turns.
+const SHORT_PATIENCE: usize = 300;
 
 /// Newton attempts that start where the sweeps ended.
 const WARM: [Attempt; 2] = [
@@ -134,7 +139,7 @@ impl GroupSolver for Auto {
                 return outcome;
             }
         }
-        self.whole(group, r).after(&outcome)
+        self.whole(group, r, TURNS).after(&outcome)
     }
 }
 
@@ -194,7 +199,7 @@ impl Auto {
                 window: WINDOW,
                 inner: inner(small.len()),
             };
-            let answer = if thinning { short.solve(&small, &mut x) } else { self.whole(&small, &mut x) };
+            let answer = if thinning { short.solve(&small, &mut x) } else { self.whole(&small, &mut x, TURNS) };
             for (k, x) in members.iter().zip(&x) {
                 r[*k as usize] = *x;
             }
@@ -202,8 +207,8 @@ impl Auto {
             best.offer(residual, r);
             let status = if residual <= group.tolerance {
                 Status::Converged
-            } else if answer.status.is_converged() || thinning {
-                // solved, but others close now; or to be thinned out further
+            } else if answer.status.is_converged() || thinning || answer.residual <= MUCH_NEARER * residual {
+                // solved, or nearly, but others close now; or to be thinned out further
                 Status::Stalled
             } else if answer.status == Status::Stalled {
                 Status::MaxIterations
@@ -224,8 +229,15 @@ impl Auto {
         outcome.map(|o| GroupOutcome { residual: best.residual, ..o })
     }
 
+    /// Goes over the patches that hold most of what is left.
+    fn mended(&self, group: &Group<'_>, r: &mut [Vec3], outcome: GroupOutcome) -> GroupOutcome {
+        let Some(mended) = mend(group, r, |patch, x| self.whole(patch, x, 0)) else { return outcome };
+        let status = if mended.residual <= group.tolerance { Status::Converged } else { Status::Stalled };
+        GroupOutcome { status, ..mended.after(&outcome) }
+    }
+
     /// All methods in turn on the whole group.
-    fn whole(&self, group: &Group<'_>, r: &mut [Vec3]) -> GroupOutcome {
+    fn whole(&self, group: &Group<'_>, r: &mut [Vec3], turns: usize) -> GroupOutcome {
         let mut outcome = GroupOutcome::of(Method::GaussSeidel, Status::Stalled, group.residual(r), 0);
         // what one Newton solve costs, counted in sweeps, decides how long sweeps are worth trying
         let elimination = minimum_degree(group.w, NEWTON_PRODUCTS);
@@ -243,6 +255,7 @@ impl Auto {
             budget = budget.saturating_sub(taken.saturating_mul(products));
             outcome
         };
+        let admm = Admm { max_iterations: self.max_admm_iterations, ..Admm::default() };
         if worth >= LEAST_SWEEPS {
             let long = GaussSeidel {
                 max_sweeps: worth.min(self.max_sweeps),
@@ -260,6 +273,7 @@ impl Auto {
         if let Some(elimination) = &elimination {
             let before = outcome.residual;
             let (first, others) = ATTEMPTS.split_at(1);
+            let (second, others) = others.split_at(1);
             outcome = by_newton(first, elimination, r).after(&outcome);
             // where contacts ask for what no motion gives, impulses grow without end, and so does the search
             if outcome.status.is_converged() || group.runs_away(r) {
@@ -281,13 +295,33 @@ impl Auto {
                     return outcome;
                 }
             }
+            outcome = by_newton(second, elimination, r).after(&outcome);
+            if outcome.status.is_converged() || group.runs_away(r) {
+                return outcome;
+            }
+            outcome = admm.solve(group, r).after(&outcome);
+            if outcome.status.is_converged() || group.runs_away(r) {
+                return outcome;
+            }
+            if turns > 0 {
+                outcome = self.mended(group, r, outcome);
+                if outcome.status.is_converged() {
+                    return outcome;
+                }
+            }
             outcome = by_newton(others, elimination, r).after(&outcome);
             if outcome.status.is_converged() || group.runs_away(r) {
                 return outcome;
             }
         }
-        let admm = Admm { max_iterations: self.max_admm_iterations, ..Admm::default() };
-        outcome = admm.solve(group, r).after(&outcome);
+        // from nothing, without combining: another way altogether
+        let mut cold = vec![[0.0; 3]; group.len()];
+        let other = Admm { window: 0, ..admm }.solve(group, &mut cold);
+        let residual = other.residual.min(outcome.residual);
+        if other.residual < outcome.residual {
+            r.copy_from_slice(&cold);
+        }
+        outcome = GroupOutcome { residual, ..other }.after(&outcome);
         if outcome.status.is_converged() || group.runs_away(r) {
             return outcome;
         }
@@ -300,18 +334,27 @@ impl Auto {
             window: WINDOW,
             inner: 1,
         };
-        for _ in 0..TURNS {
+        for _ in 0..turns {
+            let at_first = outcome.residual;
             outcome = turn.solve(group, r).after(&outcome);
             if outcome.status.is_converged() {
                 return outcome;
             }
-            let Some(elimination) = &elimination else { continue };
-            let before = outcome.residual;
-            outcome = by_newton(&WARM, elimination, r).after(&outcome);
+            outcome = self.mended(group, r, outcome);
             if outcome.status.is_converged() {
                 return outcome;
             }
-            if outcome.residual > 0.999 * before && outcome.residual > 0.1 {
+            if let Some(elimination) = &elimination {
+                outcome = Admm { patience: SHORT_PATIENCE, ..admm }.solve(group, r).after(&outcome);
+                if outcome.status.is_converged() {
+                    return outcome;
+                }
+                outcome = by_newton(&WARM, elimination, r).after(&outcome);
+                if outcome.status.is_converged() {
+                    return outcome;
+                }
+            }
+            if outcome.residual > MOVES * at_first {
                 break;
             }
         }

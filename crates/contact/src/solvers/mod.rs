@@ -23,6 +23,7 @@ pub mod gauss_seidel;
 pub mod group;
 pub mod newton;
 pub mod ordering;
+pub mod patches;
 
 pub use drive::{Solution, solve, solve_with};
 pub use group::{Group, GroupOutcome, GroupSolver};

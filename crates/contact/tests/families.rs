@@ -18,6 +18,22 @@ fn every_family_is_solved() {
     }
 }
 
+/// Larger piles, each of which some method alone does not solve: alternating directions, Newton, and patches are all needed.
+#[test]
+fn larger_piles_are_solved() {
+    for (family, seed, times) in [
+        (Family::Tower, 8, 4),
+        (Family::Boxes, 4, 4),
+        (Family::Spheres, 15, 1),
+        (Family::Capsules, 16, 4),
+        (Family::Capsules, 2, 16),
+    ] {
+        let p = family.larger_member(seed, times);
+        let s = solve(&p, None, &ContactSettings::default());
+        assert!(s.report.status().is_converged(), "{} {seed} times {times}: {:?}", family.name(), s.report);
+    }
+}
+
 /// Members in units of mass from 1e-10 to 1e10, with the unit step too: where that weighs one side of the law alone, the
 /// answer must still be that of the law.
 #[test]

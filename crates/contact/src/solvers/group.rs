@@ -60,7 +60,7 @@ impl Group<'_> {
 }
 
 /// Impulses over free velocity, in one unit, that no solvable problem is expected to need: a thousand occur.
-const BEYOND: f64 = 1e6;
+pub(crate) const BEYOND: f64 = 1e6;
 
 /// How a solver left a group.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -138,3 +138,44 @@ fn solve_patch(
     }
     answer
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::families::Family;
+    use crate::problem::Scaling;
+    use crate::solvers::group::GroupSolver as _;
+    use crate::solvers::newton::Newton;
+    use crate::{ContactSettings, solve};
+
+    #[test]
+    fn what_is_wrong_in_one_place_is_mended_there() {
+        let problem = Family::Arch.larger_member(2, 2);
+        let solved = solve(&problem, None, &ContactSettings::default());
+        assert!(solved.report.status().is_converged());
+        let mut r = solved.impulses.clone();
+        let n = r.len();
+        for k in n / 2..n / 2 + 3 {
+            r[k] = r[k].map(|x| 1.5 * x);
+        }
+        let q = problem.shifted_velocity();
+        let group = Group {
+            w: &problem.delassus,
+            q: &q,
+            friction: &problem.friction,
+            scaling: Scaling::PerContact,
+            tolerance: 1e-8,
+            size_floor: 0.0,
+        };
+        let (wrong, mut sizes) = (group.residual(&r), Vec::new());
+        assert!(wrong > 1e-3, "{wrong:e}");
+        let outcome = mend(&group, &mut r, |patch, x| {
+            sizes.push(patch.len());
+            Newton::default().solve(patch, x)
+        });
+        let residual = outcome.expect("patches were solved").residual;
+        assert_eq!(residual, group.residual(&r));
+        assert!(residual <= 1e-2 * wrong, "{residual:e} of {wrong:e} in patches of {sizes:?}");
+        assert!(sizes.iter().all(|size| SIZES.contains(size)), "{sizes:?} of {n}");
+    }
+}

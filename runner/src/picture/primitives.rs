@@ -156,6 +156,8 @@ impl<'a> Brush<'a> {
     fn mesh(&self, triangles: &[[u32; 3]], all: &mut Primitives) {
         let position = |v: u32| Vector3::from(self.piece.positions[v as usize]);
         let face = |t: &[u32; 3]| (position(t[1]) - position(t[0])).cross(&(position(t[2]) - position(t[0])));
+        // The near walls of a container would hide what is in it; of a solid body the far side is never seen.
+        let one_sided = self.piece.name == "solids";
         let mut vertex_normals = vec![Vector3::zeros(); self.piece.positions.len()];
         for t in triangles {
             let normal = face(t);
@@ -178,8 +180,12 @@ impl<'a> Brush<'a> {
             for k in 2..corners.len() {
                 let three = [&corners[0], &corners[k - 1], &corners[k]];
                 let projected = three.map(|c| self.camera.project(&c.0));
+                let corners = projected.map(|p| [(p.x * self.factor) as f32, (p.y * self.factor) as f32]);
+                if one_sided && turned_away(corners) {
+                    continue;
+                }
                 all.triangles.push(Triangle {
-                    corners: projected.map(|p| [(p.x * self.factor) as f32, (p.y * self.factor) as f32]),
+                    corners,
                     depth: projected.map(|p| p.depth as f32),
                     normals: three.map(|c| c.1),
                     color: three.map(|c| c.2),
@@ -205,6 +211,11 @@ impl<'a> Brush<'a> {
         }
         kept
     }
+}
+
+/// Whether a triangle shows its back: its corners, seen from outside, run against the clock, and rows count downwards.
+fn turned_away([a, b, c]: [[f32; 2]; 3]) -> bool {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0.0
 }
 
 /// Which points end a segment of a force chain.
@@ -256,5 +267,43 @@ fn colors(piece: &Piece, by: &ColorBy) -> Vec<Color> {
             colors
         }
         Topology::Triangles(_) | Topology::Lattice { .. } => vec![of_piece(&piece.name, 0, 1); n],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::picture::PictureOptions;
+    use crate::picture::camera::Framing;
+
+    /// Depths of the triangles that are drawn of a shape.
+    fn drawn(shape: &geometry::Shape) -> Vec<f64> {
+        let mesh = shape.tessellate(16, 1.0);
+        let solids = Piece {
+            name: "solids".to_owned(),
+            topology: Topology::Triangles(mesh.triangles.clone()),
+            positions: mesh.positions.iter().map(|x| [x.x, x.y, x.z]).collect(),
+            point_fields: Vec::new(),
+            cell_fields: Vec::new(),
+        };
+        let frame = Frame { time: 0.0, step: 0, pieces: vec![solids] };
+        let mut framing = Framing::default();
+        framing.include(&frame);
+        let options = PictureOptions::default();
+        let camera = Camera::new(&framing, &options);
+        let all = collect(&frame, &camera, &options.color, 1);
+        all.triangles.iter().map(|t| f64::from(t.depth.iter().sum::<f32>() / 3.0)).collect()
+    }
+
+    #[test]
+    fn of_a_body_the_near_sides_are_drawn_and_of_a_container_the_far_ones() {
+        let ball = geometry::Shape::Sphere { center: Vector3::zeros(), radius: 1.0 };
+        let body = drawn(&ball);
+        let container = drawn(&geometry::Shape::Complement(Box::new(ball.clone())));
+        assert_eq!(body.len() + container.len(), ball.tessellate(16, 1.0).triangles.len());
+        assert!(!body.is_empty() && !container.is_empty());
+        let nearest = |depths: &[f64]| depths.iter().copied().fold(f64::INFINITY, f64::min);
+        let farthest = |depths: &[f64]| depths.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        assert!(nearest(&body) < nearest(&container) && farthest(&body) < farthest(&container));
     }
 }

@@ -183,6 +183,7 @@ impl<const D: usize> LiquidStepper<D> {
         grid_to_particles::grid_to_particles(particles, grid, &settings.damping);
         report.deformation = deformation::deformation(particles, materials, previous, dt, settings.compressibility)?;
         report.released = tension::settle_volume(particles, materials, grid, settings);
+        tension::release_loners(particles, grid);
         if settings.advection {
             report.advect = advect::advect(particles, grid, solids_after, dt);
         }

@@ -20,5 +20,6 @@ fn deform<const D: usize>(flow: &mut Flow<D>, state: &mut FlowState<D>, step: St
     flow.report.deformation = result.map_err(|error| rejection("deformation", &error, &particles.id))?;
     finite::strains("deformation", particles)?;
     flow.report.released = mpm::tension::settle_volume(particles, &flow.materials, &flow.grid, &flow.settings);
+    mpm::tension::release_loners(particles, &flow.grid);
     Ok(())
 }

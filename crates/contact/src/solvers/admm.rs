@@ -9,7 +9,7 @@
 use super::anderson::Anderson;
 use super::block_lu::BlockLu;
 use super::group::{BEYOND, Best, Group, GroupOutcome, GroupSolver};
-use super::ordering::minimum_degree;
+use super::ordering::{Elimination, minimum_degree};
 use crate::block::{Vec3, norm_squared, scale, trace};
 use crate::law::project_cone;
 use crate::problem::BlockMatrix;
@@ -47,6 +47,20 @@ impl GroupSolver for Admm {
     }
 
     fn solve(&self, group: &Group<'_>, r: &mut [Vec3]) -> GroupOutcome {
+        let best = Best::start(group, r);
+        if best.residual <= group.tolerance {
+            return GroupOutcome::of(Method::Admm, Status::Converged, best.residual, 0);
+        }
+        match minimum_degree(group.w, self.work_limit) {
+            Some(elimination) => self.solve_ordered(group, &elimination, r),
+            None => GroupOutcome::of(Method::Admm, Status::Breakdown, best.residual, 0),
+        }
+    }
+}
+
+impl Admm {
+    /// Solves with an elimination order that is at hand.
+    pub fn solve_ordered(&self, group: &Group<'_>, elimination: &Elimination, r: &mut [Vec3]) -> GroupOutcome {
         let n = group.len();
         let mut best = Best::start(group, r);
         let finish = |status, best: &Best, i, r: &mut [Vec3]| {
@@ -56,10 +70,7 @@ impl GroupSolver for Admm {
         if best.residual <= group.tolerance {
             return finish(Status::Converged, &best, 0, r);
         }
-        let Some(elimination) = minimum_degree(group.w, self.work_limit) else {
-            return finish(Status::Breakdown, &best, 0, r);
-        };
-        let mut lu = BlockLu::new(&elimination);
+        let mut lu = BlockLu::new(elimination);
         let order = &elimination.order;
         // scaled per contact: r = d r', u = u'/d, mean diagonal one
         let mean = group.w.mean_diagonal();

@@ -6,6 +6,7 @@ use super::gauss_seidel::GaussSeidel;
 use super::group::{Best, Group, GroupOutcome, GroupSolver};
 use super::newton::{ATTEMPTS, Attempt, Newton};
 use super::ordering::{Elimination, minimum_degree};
+use super::part::{Part, places};
 use super::patches::mend;
 use crate::block::{Vec3, norm_squared};
 use crate::local::{LocalContact, LocalMethod};
@@ -174,35 +175,24 @@ impl Auto {
                 break;
             }
             thinning = thinning && 10 * members.len() < STILL_THINNING_TENTHS * before;
-            let part = Component { contacts: members.clone() };
-            let mut position = vec![u32::MAX; n];
-            for (place, k) in members.iter().enumerate() {
-                position[*k as usize] = place as u32;
-            }
-            let w = part.extract(group.w, &position);
-            let q: Vec<Vec3> = members.iter().map(|k| group.q[*k as usize]).collect();
-            let friction: Vec<f64> = members.iter().map(|k| group.friction[*k as usize]).collect();
-            let mut x: Vec<Vec3> = members.iter().map(|k| r[*k as usize]).collect();
-            let small = Group {
-                w: &w,
-                q: &q,
-                friction: &friction,
-                scaling: group.scaling,
-                tolerance: group.tolerance,
-                size_floor,
-            };
-            let short = GaussSeidel {
-                max_sweeps: SHORT_RUN.min(self.max_sweeps),
-                check_every: 10,
-                local: self.local,
-                patience: None,
-                window: WINDOW,
-                inner: inner(small.len()),
-            };
-            let answer = if thinning { short.solve(&small, &mut x) } else { self.whole(&small, &mut x, TURNS) };
-            for (k, x) in members.iter().zip(&x) {
-                r[*k as usize] = *x;
-            }
+            let taken_out = Component { contacts: members.clone() };
+            let position = places(&taken_out, n);
+            let mut part = Part::take(&taken_out, &position, group.w, group.q, group.friction, r);
+            let answer = part.solve(group.scaling, group.tolerance, size_floor, |small, x| {
+                if !thinning {
+                    return self.whole(small, x, TURNS);
+                }
+                let short = GaussSeidel {
+                    max_sweeps: SHORT_RUN.min(self.max_sweeps),
+                    check_every: 10,
+                    local: self.local,
+                    patience: None,
+                    window: WINDOW,
+                    inner: inner(small.len()),
+                };
+                short.solve(small, x)
+            });
+            part.put_back(r);
             let residual = group.residual(r);
             best.offer(residual, r);
             let status = if residual <= group.tolerance {
@@ -299,7 +289,7 @@ impl Auto {
             if outcome.status.is_converged() || group.runs_away(r) {
                 return outcome;
             }
-            outcome = admm.solve(group, r).after(&outcome);
+            outcome = admm.solve_ordered(group, elimination, r).after(&outcome);
             if outcome.status.is_converged() || group.runs_away(r) {
                 return outcome;
             }
@@ -316,7 +306,11 @@ impl Auto {
         }
         // from nothing, without combining: another way altogether
         let mut cold = vec![[0.0; 3]; group.len()];
-        let other = Admm { window: 0, ..admm }.solve(group, &mut cold);
+        let plain = Admm { window: 0, ..admm };
+        let other = match &elimination {
+            Some(elimination) => plain.solve_ordered(group, elimination, &mut cold),
+            None => plain.solve(group, &mut cold),
+        };
         let residual = other.residual.min(outcome.residual);
         if other.residual < outcome.residual {
             r.copy_from_slice(&cold);
@@ -345,7 +339,8 @@ impl Auto {
                 return outcome;
             }
             if let Some(elimination) = &elimination {
-                outcome = Admm { patience: SHORT_PATIENCE, ..admm }.solve(group, r).after(&outcome);
+                outcome =
+                    Admm { patience: SHORT_PATIENCE, ..admm }.solve_ordered(group, elimination, r).after(&outcome);
                 if outcome.status.is_converged() {
                     return outcome;
                 }

@@ -5,6 +5,7 @@ use super::auto::Auto;
 use super::gauss_seidel::GaussSeidel;
 use super::group::{Group, GroupOutcome, GroupSolver};
 use super::newton::Newton;
+use super::part::Part;
 use crate::block::{Vec3, norm_squared};
 use crate::law::{ContactState, classify, natural_map};
 use crate::problem::residual::ResidualParts;
@@ -136,22 +137,13 @@ fn solve_once(
                 position[*k as usize] = local as u32;
             }
         }
-        let one = |g: &Component| -> (GroupOutcome, Vec<Vec3>) {
-            let w = g.extract(&problem.delassus, &position);
-            let gq: Vec<Vec3> = g.contacts.iter().map(|k| q[*k as usize]).collect();
-            let friction: Vec<f64> = g.contacts.iter().map(|k| problem.friction[*k as usize]).collect();
-            let mut gr: Vec<Vec3> = g.contacts.iter().map(|k| r[*k as usize]).collect();
-            let group = Group {
-                w: &w,
-                q: &gq,
-                friction: &friction,
-                scaling: settings.scaling,
-                tolerance: 0.5 * settings.tolerance,
-                size_floor: floor,
-            };
-            (solver.solve(&group, &mut gr), gr)
+        let one = |g| {
+            let mut part = Part::take(g, &position, &problem.delassus, &q, &problem.friction, &r);
+            let (scaling, tolerance) = (settings.scaling, 0.5 * settings.tolerance);
+            let outcome = part.solve(scaling, tolerance, floor, |group, x| solver.solve(group, x));
+            (outcome, part)
         };
-        let solved: Vec<(GroupOutcome, Vec<Vec3>)> = if n >= settings.parallel_above && rayon::current_num_threads() > 1
+        let solved: Vec<(GroupOutcome, Part<'_>)> = if n >= settings.parallel_above && rayon::current_num_threads() > 1
         {
             groups.par_iter().map(one).collect()
         } else {
@@ -159,11 +151,8 @@ fn solve_once(
         };
         solved
             .into_iter()
-            .zip(&groups)
-            .map(|((outcome, gr), g)| {
-                for (k, v) in g.contacts.iter().zip(gr) {
-                    r[*k as usize] = v;
-                }
+            .map(|(outcome, part)| {
+                part.put_back(&mut r);
                 outcome
             })
             .collect()

@@ -23,6 +23,7 @@ pub mod gauss_seidel;
 pub mod group;
 pub mod newton;
 pub mod ordering;
+mod part;
 pub mod patches;
 
 pub use drive::{Solution, solve, solve_with};

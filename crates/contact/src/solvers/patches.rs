@@ -4,6 +4,7 @@
 //! while a few dozen contacts around it are solved in milliseconds. (An additive step of domain decomposition, with domains chosen by the residual.)
 
 use super::group::{Best, Group, GroupOutcome};
+use super::part::{Part, places};
 use crate::block::{Vec3, max_abs, norm_squared};
 use crate::law::natural_map;
 use crate::problem::Component;
@@ -32,13 +33,18 @@ pub fn mend(
     let mut outcome: Option<GroupOutcome> = None;
     let size_floor = group.size_floor.max(size(group, r));
     let (mut grade, mut vain) = (0, 0);
+    let mut before = best.residual;
     for _ in 0..PATCHES + group.len() / PATCH_FOR {
-        let before = group.residual(r);
         let members = patch(group, r, SIZES[grade % SIZES.len()]);
         if members.len() == group.len() || before <= group.tolerance {
             break;
         }
-        let answer = solve_patch(group, members, size_floor, r, &mut solve);
+        let members = Component { contacts: members };
+        let mut part = Part::take(&members, &places(&members, group.len()), group.w, group.q, group.friction, r);
+        part.hold_the_rest(group.w, r);
+        // solved ten times more exactly than asked: the whole has many patches
+        let answer = part.solve(group.scaling, 0.1 * group.tolerance, size_floor, &mut solve);
+        part.put_back(r);
         let residual = group.residual(r);
         best.offer(residual, r);
         outcome = Some(match &outcome {
@@ -53,6 +59,7 @@ pub fn mend(
                 break;
             }
         }
+        before = residual;
     }
     r.copy_from_slice(&best.r);
     outcome.map(|o| GroupOutcome { residual: best.residual, ..o })
@@ -95,48 +102,6 @@ fn patch(group: &Group<'_>, r: &[Vec3], most: usize) -> Vec<u32> {
     }
     members.sort_unstable();
     members
-}
-
-fn solve_patch(
-    group: &Group<'_>,
-    members: Vec<u32>,
-    size_floor: f64,
-    r: &mut [Vec3],
-    solve: &mut impl FnMut(&Group<'_>, &mut [Vec3]) -> GroupOutcome,
-) -> GroupOutcome {
-    let mut position = vec![u32::MAX; group.len()];
-    for (place, k) in members.iter().enumerate() {
-        position[*k as usize] = place as u32;
-    }
-    let part = Component { contacts: members };
-    let w = part.extract(group.w, &position);
-    let mut x: Vec<Vec3> = part.contacts.iter().map(|k| r[*k as usize]).collect();
-    // what the others do is given
-    let q: Vec<Vec3> = part
-        .contacts
-        .iter()
-        .enumerate()
-        .map(|(place, k)| {
-            let (all, own) = (group.w.row_product_sparse(*k as usize, r), w.row_product_sparse(place, &x));
-            let free = &group.q[*k as usize];
-            [0, 1, 2].map(|i| free[i] + all[i] - own[i])
-        })
-        .collect();
-    let friction: Vec<f64> = part.contacts.iter().map(|k| group.friction[*k as usize]).collect();
-    // solved ten times more exactly than asked: the whole has many patches
-    let small = Group {
-        w: &w,
-        q: &q,
-        friction: &friction,
-        scaling: group.scaling,
-        tolerance: 0.1 * group.tolerance,
-        size_floor,
-    };
-    let answer = solve(&small, &mut x);
-    for (k, x) in part.contacts.iter().zip(&x) {
-        r[*k as usize] = *x;
-    }
-    answer
 }
 
 #[cfg(test)]

@@ -153,7 +153,10 @@ impl Source {
         let along = self.velocity.normalize();
         let thickness = along.abs().dot(&(high - low));
         let reach = (0.5 * (dx - thickness)).max(0.0) + 1e-9 * dx;
-        Some(Mouth { source: self, pose, field, shift: along * reach })
+        let shift = along * reach;
+        let half = 0.5 * (high - low) + shift.abs();
+        let centre = pose.apply(&(0.5 * (low + high)));
+        Some(Mouth { source: self, pose, field, shift, centre, radius: half.norm() })
     }
 
     /// Largest speed of its liquid at a time [m/s]; zero while it is shut.
@@ -173,6 +176,9 @@ pub struct Mouth<'a> {
     field: VelocityField,
     /// How far it reaches beyond the shape, along the flow [m].
     shift: Vector<3>,
+    /// A ball around it, whichever way it is turned [m].
+    centre: Vector<3>,
+    radius: f64,
 }
 
 impl<const D: usize> Inlet<D> for Mouth<'_> {
@@ -183,12 +189,8 @@ impl<const D: usize> Inlet<D> for Mouth<'_> {
     }
 
     fn bounds(&self) -> (Vector<D>, Vector<D>) {
-        let Some((low, high)) = self.source.place.own_bounds() else { return (Vector::zeros(), Vector::zeros()) };
-        let (centre, half) = (0.5 * (low + high), 0.5 * (high - low) + self.shift.abs());
-        // whichever way it is turned
-        let reach = Vector::<3>::repeat(half.norm());
-        let centre = self.pose.apply(&centre);
-        (lower(&(centre - reach)), lower(&(centre + reach)))
+        let reach = Vector::<3>::repeat(self.radius);
+        (lower(&(self.centre - reach)), lower(&(self.centre + reach)))
     }
 
     fn velocity(&self, x: &Vector<D>) -> Vector<D> {

@@ -149,7 +149,7 @@ fn touching(scene: &Scene, strands: &[StrandGeometry]) -> Vec<Contact> {
     };
     let mut contacts = Vec::new();
     // what is not a number is told by the checks of the scene
-    if Detector::default().detect(&still, &[], &settings, &mut contacts).is_err() {
+    if Detector::default().detect(&still, None, &[], &settings, &mut contacts).is_err() {
         contacts.clear();
     }
     contacts

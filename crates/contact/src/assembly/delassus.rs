@@ -77,34 +77,11 @@ pub fn assemble<D: InverseDynamics>(
     dt: f64,
     stabilisation: f64,
 ) -> Result<ContactSystem, AssemblyError> {
-    // who touches which strand, in the order of the contacts
-    let mut place_of = vec![u32::MAX; strands];
-    let mut touched: Vec<(usize, Vec<Touch>)> = Vec::new();
-    let mut standing: Vec<Standing> = Vec::with_capacity(contacts.len());
-    for (k, c) in contacts.iter().enumerate() {
-        let mut stands = [None; 2];
-        for (n, (side, sign)) in [(Some(c.a), 1.0), (c.b, -1.0)].into_iter().enumerate() {
-            let Some(side) = side else { continue };
-            let s = side.strand as usize;
-            let fits = s < strands && side.dof.iter().all(|d| *d as usize + 3 <= dynamics.dofs(s));
-            if !fits || velocities.get(s).is_none_or(|v| v.len() < dynamics.dofs(s)) {
-                return Err(AssemblyError::OutOfRange { contact: k, strand: s });
-            }
-            if place_of[s] == u32::MAX {
-                place_of[s] = touched.len() as u32;
-                touched.push((s, Vec::new()));
-            }
-            let touches = &mut touched[place_of[s] as usize].1;
-            let own = touches.last().is_some_and(|last| last.contact == k as u32);
-            if !own {
-                stands[n] = Some((place_of[s], touches.len() as u32));
-                touches.push(Touch::new(k as u32));
-            }
-            if let Some(touch) = touches.last_mut() {
-                touch.add(&side, sign);
-            }
-        }
-        standing.push(stands);
+    let (touched, standing) = touches(contacts, dynamics, strands)?;
+    if let Some((strand, touches)) =
+        touched.iter().find(|(s, _)| velocities.get(*s).is_none_or(|v| v.len() < dynamics.dofs(*s)))
+    {
+        return Err(AssemblyError::OutOfRange { contact: touches[0].contact as usize, strand: *strand });
     }
     let bases: Vec<[Vec3; 3]> = contacts.iter().map(PosedContact::basis).collect();
     let busy: Vec<Busy> = touched
@@ -147,6 +124,44 @@ pub fn assemble<D: InverseDynamics>(
         cohesion,
     };
     Ok(ContactSystem { problem, contacts: contacts.to_vec() })
+}
+
+/// Who touches which strand, in the order of the contacts, and where each contact stands.
+type Touched = (Vec<(usize, Vec<Touch>)>, Vec<Standing>);
+
+pub(super) fn touches<D: InverseDynamics>(
+    contacts: &[PosedContact],
+    dynamics: &D,
+    strands: usize,
+) -> Result<Touched, AssemblyError> {
+    let mut place_of = vec![u32::MAX; strands];
+    let mut touched: Vec<(usize, Vec<Touch>)> = Vec::new();
+    let mut standing: Vec<Standing> = Vec::with_capacity(contacts.len());
+    for (k, c) in contacts.iter().enumerate() {
+        let mut stands = [None; 2];
+        for (n, (side, sign)) in [(Some(c.a), 1.0), (c.b, -1.0)].into_iter().enumerate() {
+            let Some(side) = side else { continue };
+            let s = side.strand as usize;
+            if s >= strands || side.dof.iter().any(|d| *d as usize + 3 > dynamics.dofs(s)) {
+                return Err(AssemblyError::OutOfRange { contact: k, strand: s });
+            }
+            if place_of[s] == u32::MAX {
+                place_of[s] = touched.len() as u32;
+                touched.push((s, Vec::new()));
+            }
+            let touches = &mut touched[place_of[s] as usize].1;
+            let own = touches.last().is_some_and(|last| last.contact == k as u32);
+            if !own {
+                stands[n] = Some((place_of[s], touches.len() as u32));
+                touches.push(Touch::new(k as u32));
+            }
+            if let Some(touch) = touches.last_mut() {
+                touch.add(&side, sign);
+            }
+        }
+        standing.push(stands);
+    }
+    Ok((touched, standing))
 }
 
 impl ContactSystem {
@@ -270,6 +285,12 @@ mod tests {
         crate::assembly::DelassusOperator::new(&contacts, &dynamics, 3).apply(&r, &free, &mut by_operator);
         for (a, b) in u.iter().flatten().zip(by_operator.iter().flatten()) {
             assert!((a - b).abs() < 1e-10 * (1.0 + a.abs()), "{a} {b}");
+        }
+        // as do the diagonals alone
+        let normals = crate::assembly::normal_mobilities(&contacts, &dynamics, 3).unwrap();
+        for (k, mobility) in normals.iter().enumerate() {
+            let expected = system.problem.delassus.diagonal(k)[0];
+            assert!((mobility - expected).abs() < 1e-12 * expected, "{mobility} {expected}");
         }
         // out of range is an error
         let bad = PosedContact { a: side(0, 3, 0.5), ..contacts[1] };

@@ -9,11 +9,13 @@
 //! delassus ── who touches whom, free velocity, impulses back to the strands
 //! share    ── columns and blocks of one strand
 //! rows     ── the matrix put together
+//! mobility ── how easily single contacts move, without the matrix
 //! operator ── the same product without the blocks
 //! warm     ── impulses kept over steps by key, rotated with the contact basis
 //! ```
 
 mod delassus;
+mod mobility;
 mod operator;
 mod point;
 mod rows;
@@ -21,6 +23,7 @@ mod share;
 mod warm;
 
 pub use delassus::{AssemblyError, ContactSystem, InverseDynamics, assemble};
+pub use mobility::normal_mobilities;
 pub use operator::DelassusOperator;
 pub use point::{ContactSide, PosedContact};
 pub use warm::{ContactKey, SOLID, WarmStarts};

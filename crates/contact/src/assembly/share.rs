@@ -26,7 +26,7 @@ impl Touch {
         }
     }
 
-    fn terms(&self) -> &[(u32, f64)] {
+    pub fn terms(&self) -> &[(u32, f64)] {
         &self.terms[..self.count]
     }
 }

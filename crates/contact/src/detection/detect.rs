@@ -1,13 +1,13 @@
 //! Broad phase, narrow phase and pruning for a whole scene.
 
-use super::pair::{Capsule, pair_contact};
+use super::candidates::{Candidates, Looked, Scene, near_by_proximity};
+use super::pair::{Capsule, pair_contact_where};
 use super::solids::SolidField;
-use super::strands::{DetectionError, DetectionSettings, Strands};
+use super::strands::{DetectionError, DetectionSettings, Sight, Strands};
 use super::surface::surface_contacts;
 use crate::assembly::{ContactKey, ContactSide, PosedContact, SOLID};
 use crate::block::Vec3;
 use geometry::Aabb;
-use geometry::broad_phase::BoxGrid;
 use rayon::prelude::*;
 
 /// A contact found.
@@ -54,7 +54,7 @@ impl Contact {
 /// What detection found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DetectionReport {
-    /// Pairs of boxes that overlapped.
+    /// Pairs of edges looked at closely.
     pub candidates: usize,
     /// Contacts before pruning.
     pub found: usize,
@@ -67,93 +67,96 @@ pub struct DetectionReport {
 /// Detection with its reusable memory.
 #[derive(Clone, Debug, Default)]
 pub struct Detector {
-    grid: BoxGrid,
-    boxes: Vec<Aabb>,
-    /// Strand and edge of each box.
+    candidates: Candidates,
+    /// Strand and edge of each place.
     edges: Vec<(u32, u32)>,
-    pairs: Vec<[u32; 2]>,
+    /// What the candidates gave when last looked at.
+    met: Vec<([u32; 2], Contact)>,
 }
 
-const CHUNK: usize = 4096;
+/// Pairs, and edges against solids, that one task looks at.
+const CHUNK: usize = 1024;
+const EDGES: usize = 512;
 
 impl Detector {
-    /// Finds the contacts of one step, ordered by key and place.
+    /// Finds the contacts of one step, ordered by key and place; `sight` adds pairs that do not touch.
+    ///
+    /// Called again for the same step with other ends it looks at the pairs that were near the first time, as long as no end
+    /// is far from where it was, and of these at the ones that moved; the answer is the same as that of a new detector.
     ///
     /// # Errors
     /// If the strand arrays do not fit together or a number is not finite.
     pub fn detect(
         &mut self,
         strands: &Strands<'_>,
+        sight: Option<&Sight<'_>>,
         solids: &[&dyn SolidField],
         settings: &DetectionSettings,
         contacts: &mut Vec<Contact>,
     ) -> Result<DetectionReport, DetectionError> {
         strands.check()?;
+        if sight.is_some_and(|sight| sight.reach.len() != strands.start.len()) {
+            return Err(DetectionError::Shape("reach and start differ in length"));
+        }
         contacts.clear();
         self.edges.clear();
-        self.boxes.clear();
         for s in 0..strands.count() {
-            let (first, next) = (strands.first_vertex[s] as usize, strands.first_vertex[s + 1] as usize);
-            for v in first..next.saturating_sub(1) {
-                self.edges.push((s as u32, (v - first) as u32));
-                let margin = strands.radius[v] * (1.0 + settings.proximity);
-                let mut b = Aabb::EMPTY;
-                let ends: &[&[Vec3]] =
-                    if settings.continuous { &[strands.start, strands.end] } else { &[strands.start] };
-                for x in ends {
-                    for p in &x[v..=v + 1] {
-                        for c in 0..3 {
-                            b.min[c] = b.min[c].min(p[c] - margin);
-                            b.max[c] = b.max[c].max(p[c] + margin);
-                        }
-                    }
-                }
-                self.boxes.push(b);
-            }
-        }
-        self.pairs.clear();
-        if settings.strand_strand && !self.boxes.is_empty() {
-            self.grid.build(&self.boxes).map_err(|_| DetectionError::Shape("too many edges"))?;
-            self.grid.overlapping_pairs(&mut self.pairs);
+            let (first, next) = (strands.first_vertex[s], strands.first_vertex[s + 1]);
+            self.edges.extend((0..(next - first).saturating_sub(1)).map(|edge| (s as u32, edge)));
         }
         let edges = &self.edges;
-        let found: Vec<Vec<Contact>> = self
+        let looked = if settings.strand_strand && !edges.is_empty() {
+            self.candidates.near(Scene { strands, sight, edges, settings })?
+        } else {
+            self.candidates.forget();
+            Looked { pairs: &[], moved: None }
+        };
+        let before = &self.met;
+        let met: Vec<Vec<([u32; 2], Contact)>> = looked
             .pairs
             .par_chunks(CHUNK)
-            .map(|chunk| {
+            .map(|pairs| {
+                let known = if looked.moved.is_some() { &before[..] } else { &[] };
+                let mut known = known[known.partition_point(|met| met.0 < pairs[0])..].iter().peekable();
                 let mut out = Vec::new();
-                for [i, j] in chunk {
-                    if let Some(c) = strand_pair(strands, edges[*i as usize], edges[*j as usize], settings) {
-                        out.push(c);
+                for pair in pairs {
+                    while known.next_if(|met| met.0 < *pair).is_some() {}
+                    let known = known.next_if(|met| met.0 == *pair);
+                    let [i, j] = pair.map(|i| i as usize);
+                    if looked.moved.is_some_and(|moved| !moved[i] && !moved[j]) {
+                        out.extend(known.copied());
+                    } else if let Some(c) = strand_pair(strands, sight, edges[i], edges[j], settings) {
+                        out.push((*pair, c));
                     }
                 }
                 out
             })
             .collect();
+        let candidates = looked.pairs.len();
+        self.met.clear();
+        self.met.extend(met.into_iter().flatten());
         let on_solids: Vec<Vec<Contact>> = if solids.is_empty() {
             Vec::new()
         } else {
-            let boxes = &self.boxes;
-            (0..edges.len().div_ceil(CHUNK / 8))
+            (0..edges.len().div_ceil(EDGES))
                 .into_par_iter()
                 .map(|chunk| {
                     let mut out = Vec::new();
-                    let range = chunk * (CHUNK / 8)..((chunk + 1) * (CHUNK / 8)).min(edges.len());
-                    for e in range {
+                    for e in &edges[chunk * EDGES..((chunk + 1) * EDGES).min(edges.len())] {
                         for (index, solid) in solids.iter().enumerate() {
-                            strand_solid(strands, edges[e], &boxes[e], index, *solid, settings, &mut out);
+                            strand_solid(strands, sight, *e, index, *solid, settings, &mut out);
                         }
                     }
                     out
                 })
                 .collect()
         };
-        contacts.extend(found.into_iter().flatten());
+        contacts.extend(self.met.iter().map(|met| met.1));
         contacts.extend(on_solids.into_iter().flatten());
         let before = contacts.len();
         prune(contacts, &self.edges, strands, settings.max_per_edge);
         let worst_penetration = contacts.iter().map(|c| -c.gap).fold(0.0, f64::max);
-        Ok(DetectionReport { candidates: self.pairs.len(), found: before, kept: contacts.len(), worst_penetration })
+        Ok(DetectionReport { candidates, found: before, kept: contacts.len(), worst_penetration })
     }
 }
 
@@ -162,15 +165,21 @@ fn capsule(strands: &Strands<'_>, (strand, edge): (u32, u32)) -> (Capsule, f64, 
     ([[strands.start[v], strands.start[v + 1]], [strands.end[v], strands.end[v + 1]]], strands.radius[v], v)
 }
 
-fn strand_pair(strands: &Strands<'_>, i: (u32, u32), j: (u32, u32), settings: &DetectionSettings) -> Option<Contact> {
-    // one strand: adjacent edges share a vertex and always overlap
-    if i.0 == j.0 && i.1.abs_diff(j.1) <= 1 {
-        return None;
-    }
+fn strand_pair(
+    strands: &Strands<'_>,
+    sight: Option<&Sight<'_>>,
+    i: (u32, u32),
+    j: (u32, u32),
+    settings: &DetectionSettings,
+) -> Option<Contact> {
     let (a, ra, va) = capsule(strands, i);
     let (b, rb, vb) = capsule(strands, j);
-    let near = settings.proximity * ra.min(rb);
-    let c = pair_contact(&a, &b, ra + rb, near, settings.continuous)?;
+    let seen = sight.map_or(0.0, |sight| sight.reach[va] + sight.reach[vb]);
+    let is_near = |gap: f64| {
+        near_by_proximity(strands, (va, vb), gap, settings)
+            || sight.is_some_and(|sight| gap <= seen && (sight.matters)(i, j, gap))
+    };
+    let c = pair_contact_where(&a, &b, ra + rb, is_near, settings.continuous)?;
     if i.0 == j.0 {
         // arc length between the two places
         let (lo, hi, s_lo, s_hi) = if va < vb { (va, vb, c.alpha, c.beta) } else { (vb, va, c.beta, c.alpha) };
@@ -178,7 +187,7 @@ fn strand_pair(strands: &Strands<'_>, i: (u32, u32), j: (u32, u32), settings: &D
             let d = crate::block::sub(&strands.start[v + 1], &strands.start[v]);
             crate::block::norm_squared(&d).sqrt()
         };
-        let limit = settings.self_exclusion * (ra + rb);
+        let limit = settings.self_exclusion * (ra + rb + seen);
         let mut arc = (1.0 - s_lo) * length(lo) + s_hi * length(hi);
         for v in lo + 1..hi {
             if arc > limit {
@@ -203,21 +212,26 @@ fn strand_pair(strands: &Strands<'_>, i: (u32, u32), j: (u32, u32), settings: &D
 
 fn strand_solid(
     strands: &Strands<'_>,
+    sight: Option<&Sight<'_>>,
     e: (u32, u32),
-    bounds: &Aabb,
     index: usize,
     solid: &dyn SolidField,
     settings: &DetectionSettings,
     out: &mut Vec<Contact>,
 ) {
-    if let Some((lo, hi)) = solid.bounds()
-        && (0..3).any(|c| bounds.min[c] > hi[c] || bounds.max[c] < lo[c])
-    {
-        return;
-    }
     let (a, radius, v) = capsule(strands, e);
+    let near = settings.proximity * radius + sight.map_or(0.0, |sight| sight.reach[v]);
+    if let Some((lo, hi)) = solid.bounds() {
+        let ends = if settings.continuous { &a[..] } else { &a[..1] };
+        let mut bounds = Aabb::EMPTY;
+        ends.iter().flatten().for_each(|x| bounds.include(&(*x).into()));
+        let bounds = bounds.inflated(radius + near);
+        if (0..3).any(|c| bounds.min[c] > hi[c] || bounds.max[c] < lo[c]) {
+            return;
+        }
+    }
     let last = v + 2 == strands.first_vertex[e.0 as usize + 1] as usize;
-    surface_contacts(&a, radius, solid, settings.proximity * radius, settings.continuous, last, |c| {
+    surface_contacts(&a, radius, solid, near, settings.continuous, last, |c| {
         out.push(Contact {
             key: ContactKey { a: e, b: (SOLID, index as u32) },
             alpha: c.alpha,
@@ -298,7 +312,7 @@ mod tests {
             [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.15], [0.0, 1.0, 0.15], [1.15, 0.0, 0.0], [3.0, 0.0, 0.0]];
         let mut out = Vec::new();
         let s = still(&x, &[0, 2, 4, 6], &[0.1; 6]);
-        let report = Detector::default().detect(&s, &[], &DetectionSettings::default(), &mut out).unwrap();
+        let report = Detector::default().detect(&s, None, &[], &DetectionSettings::default(), &mut out).unwrap();
         assert_eq!(out.len(), 2);
         assert_eq!((out[0].key.a, out[0].key.b), ((0, 0), (1, 0)));
         assert!((out[0].alpha - 0.5).abs() < 1e-12 && (out[0].gap + 0.05).abs() < 1e-12 && out[0].normal[2] == -1.0);
@@ -315,7 +329,7 @@ mod tests {
         let mut out = Vec::new();
         let first = [0, 20];
         Detector::default()
-            .detect(&still(&straight, &first, &[r; 20]), &[], &DetectionSettings::default(), &mut out)
+            .detect(&still(&straight, &first, &[r; 20]), None, &[], &DetectionSettings::default(), &mut out)
             .unwrap();
         let limit = std::f64::consts::FRAC_PI_2 * 2.0 * r;
         assert!(out.is_empty() || out.iter().all(|c| 0.05 * f64::from(c.key.a.1.abs_diff(c.key.b.1)) > limit - 0.1));
@@ -329,7 +343,7 @@ mod tests {
             [0.0, 0.19, 0.0],
         ];
         Detector::default()
-            .detect(&still(&fold, &[0, 7], &[r; 7]), &[], &DetectionSettings::default(), &mut out)
+            .detect(&still(&fold, &[0, 7], &[r; 7]), None, &[], &DetectionSettings::default(), &mut out)
             .unwrap();
         assert!(out.iter().any(|c| c.key.a == (0, 0) && c.key.b == (0, 5)));
     }
@@ -347,7 +361,7 @@ mod tests {
         let radius = vec![0.1; x.len()];
         let mut out = Vec::new();
         let report = Detector::default()
-            .detect(&still(&x, &first, &radius), &[], &DetectionSettings::default(), &mut out)
+            .detect(&still(&x, &first, &radius), None, &[], &DetectionSettings::default(), &mut out)
             .unwrap();
         assert_eq!((report.found, report.kept), (12, 6));
         assert!(out.iter().all(|c| c.gap <= -0.01 - 0.005 * 6.0 + 1e-12));
@@ -367,7 +381,7 @@ mod tests {
         let step = StepSolidForTest::new(&solid, dt);
         let s = Strands { start: &start, end: &end, first_vertex: &[0, 3], radius: &[r; 3] };
         let mut out = Vec::new();
-        Detector::default().detect(&s, &[&step.0], &DetectionSettings::default(), &mut out).unwrap();
+        Detector::default().detect(&s, None, &[&step.0], &DetectionSettings::default(), &mut out).unwrap();
         assert_eq!(out.len(), 3, "{out:?}");
         for c in &out {
             assert!((c.normal[2] - 1.0).abs() < 1e-9);

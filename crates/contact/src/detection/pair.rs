@@ -3,6 +3,7 @@
 use crate::block::{Vec3, dot, norm_squared, sub};
 use crate::families::bodies::cross;
 use geometry::Vector3;
+use geometry::broad_phase::largest_relative_motion;
 use geometry::closest::segment_segment;
 
 /// Contact of two capsules.
@@ -44,10 +45,21 @@ pub fn pair_contact(
     proximity: f64,
     continuous: bool,
 ) -> Option<PairContact> {
+    pair_contact_where(a, b, reach, |gap| gap <= proximity, continuous)
+}
+
+/// The same where `is_near` decides which gap at the start counts as near.
+pub(super) fn pair_contact_where(
+    a: &Capsule,
+    b: &Capsule,
+    reach: f64,
+    is_near: impl FnOnce(f64) -> bool,
+    continuous: bool,
+) -> Option<PairContact> {
     let (a0, b0) = (at(a, 0.0), at(b, 0.0));
     let now = segment_segment(&a0[0], &a0[1], &b0[0], &b0[1]);
     let distance = now.separation.norm();
-    if distance <= reach + proximity {
+    if is_near(distance - reach) {
         let normal = direction(&now.separation, a, b, 0.0)?;
         // along the chosen normal, so that edges through each other keep a consistent sign
         return Some(PairContact { alpha: now.s, beta: now.t, normal, gap: distance - reach, time: 0.0 });
@@ -55,21 +67,16 @@ pub fn pair_contact(
     if !continuous {
         return None;
     }
-    let mut speed = 0.0_f64;
-    for i in 0..2 {
-        for j in 0..2 {
-            let relative = [0, 1, 2].map(|c| (a[1][i][c] - a[0][i][c]) - (b[1][j][c] - b[0][j][c]));
-            speed = speed.max(norm_squared(&relative));
-        }
-    }
-    let speed = speed.sqrt();
+    let whole = |edge: &Capsule| edge.map(|ends| ends.map(Vector3::from));
+    let speed = largest_relative_motion(&whole(a), &whole(b));
     // the relative displacement of any two points is a convex combination of those of the ends
     if distance - reach > speed {
         return None;
     }
     let tolerance = 1e-3 * reach.max(1e-300);
-    let (mut t, mut last) = (0.0, now);
+    let mut t = 0.0;
     let mut d = distance;
+    let (mut nearest, mut meet) = ((distance, now), 0.0);
     for _ in 0..200 {
         let step = (d - reach) / speed;
         t += step;
@@ -77,12 +84,17 @@ pub fn pair_contact(
             return None;
         }
         let (pa, pb) = (at(a, t), at(b, t));
-        last = segment_segment(&pa[0], &pa[1], &pb[0], &pb[1]);
+        let last = segment_segment(&pa[0], &pa[1], &pb[0], &pb[1]);
         d = last.separation.norm();
+        // edges that graze each other take ever smaller steps: what counts is where they are closest, not where the steps end
+        if d < nearest.0 {
+            (nearest, meet) = ((d, last), t);
+        }
         if d <= reach + tolerance {
             break;
         }
     }
+    let (last, t) = (nearest.1, meet);
     let normal = direction(&last.separation, a, b, t)?;
     let point = |e: &Capsule, s: f64| [0, 1, 2].map(|c| e[0][0][c] + s * (e[0][1][c] - e[0][0][c]));
     let start = sub(&point(a, last.s), &point(b, last.t));
@@ -128,6 +140,22 @@ mod tests {
             assert!((c.gap - (height - 2.0 * r)).abs() < 1e-12);
             assert!((c.time - (height - 2.0 * r) / (100.0 * r)).abs() < 1e-3);
             assert!(pair_contact(&[high, moved], &[low, low], 2.0 * r, 0.0, false).is_none());
+        }
+    }
+
+    /// Edges that pass each other at a distance of hardly more than their radii do not count as met after they have passed:
+    /// that they come no nearer is all that such a contact may ask for.
+    #[test]
+    fn what_grazes_is_met_where_it_is_closest() {
+        let reach = 1.0;
+        for miss in [1.1e-3, 1.5e-3, 3e-3, 1e-2] {
+            let height = reach * (1.0 + miss);
+            let low = [[-3.0, 0.0, 0.0], [3.0, 0.0, 0.0]];
+            let end = [[0.0, -2.0, height], [0.0, -2.0, height + 4.0]];
+            let moved = end.map(|p| [p[0], p[1] + 5.0, p[2]]);
+            if let Some(c) = pair_contact(&[end, moved], &[low, low], reach, 0.0, true) {
+                assert!(c.gap > -1e-2 * reach && c.normal[1].abs() < 0.1, "{miss}: {c:?}");
+            }
         }
     }
 

@@ -17,6 +17,16 @@ pub struct Strands<'a> {
     pub radius: &'a [f64],
 }
 
+/// How far edges see each other beyond touching: liquid joins strands across a gap.
+#[derive(Clone, Copy)]
+pub struct Sight<'a> {
+    /// Reach of each edge beyond its surface, stored at its first vertex [m].
+    pub reach: &'a [f64],
+    /// Whether a gap \[m\] between two edges, given as strand and edge, matters, of those that both reach across; the first comes
+    /// first in the order of strands. Must give the same answer throughout a step.
+    pub matters: &'a (dyn Fn((u32, u32), (u32, u32), f64) -> bool + Sync),
+}
+
 /// Settings of detection.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]

@@ -187,7 +187,7 @@ pub fn squeezed_bundle(strands: usize, pressed: f64, squeeze: f64, friction: f64
         })
         .collect();
     let mut contacts = Vec::new();
-    if Detector::default().detect(&b.strands(), &[], &DetectionSettings::default(), &mut contacts).is_err() {
+    if Detector::default().detect(&b.strands(), None, &[], &DetectionSettings::default(), &mut contacts).is_err() {
         contacts.clear();
     }
     let near = |c: &crate::detection::Contact| {

@@ -26,13 +26,15 @@ pub fn components(w: &BlockMatrix) -> Vec<Component> {
     for i in 0..n {
         let (columns, blocks) = w.row(i);
         for (j, b) in columns.iter().zip(blocks) {
-            if *j as usize != i && max_abs(b) > 0.0 {
-                let (a, c) = (find(&mut parent, i as u32), find(&mut parent, *j));
-                if a != c {
-                    // the smaller index leads, so that the order of groups is that of their first contacts
-                    parent[a.max(c) as usize] = a.min(c);
-                    groups -= 1;
-                }
+            if *j as usize == i {
+                continue;
+            }
+            let (a, c) = (find(&mut parent, i as u32), find(&mut parent, *j));
+            // blocks within a group are not even read
+            if a != c && max_abs(b) > 0.0 {
+                // the smaller index leads, so that the order of groups is that of their first contacts
+                parent[a.max(c) as usize] = a.min(c);
+                groups -= 1;
             }
         }
         if groups == 1 && i + 1 < n {

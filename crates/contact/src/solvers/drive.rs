@@ -169,20 +169,20 @@ fn finish(
     outcomes: &[GroupOutcome],
 ) -> Solution {
     let n = problem.len();
-    let mut parts = ResidualParts::default();
+    let (mut parts, mut violation) = (ResidualParts::default(), ResidualParts::default());
     let mut velocities = vec![[0.0; 3]; n];
     for k in 0..n {
         let s = problem.delassus.row_product(k, &r);
         velocities[k] = [s[0] + q[k][0], s[1] + q[k][1], s[2] + q[k][2]];
         let rho = settings.scaling.weight(&problem.delassus, k);
         parts.add(&r[k], &velocities[k], &q[k], problem.friction[k], rho);
+        let own = Scaling::PerContact.weight(&problem.delassus, k);
+        violation.add(&r[k], &velocities[k], &q[k], problem.friction[k], own);
     }
     let residual = parts.relative();
     let worst = outcomes.iter().map(|o| o.status).max_by_key(|s| s.severity()).unwrap_or(Status::Converged);
     // Impulses that run away (no solution exists) make any residual relative to them small. In velocity terms the law must
     // hold to a hundredth of the free velocity as well.
-    let violation =
-        crate::problem::residual::residual_parts(&problem.delassus, &q, &problem.friction, &r, Scaling::PerContact);
     let jammed = violation.breaks_the_law();
     let guarded = parts.guarded_size(settings.scaling);
     let held = residual <= settings.tolerance && parts.map_squared.sqrt() <= settings.tolerance * guarded.max(0.0);

@@ -2,7 +2,7 @@
 //!
 //! [`BoxGrid`] takes boxes of mixed sizes (a few nested grids, each with cells as large as its members, per axis, so that bundles of
 //! aligned slender segments stay sorted apart) and lists overlapping pairs; [`SegmentGrid`] lists pairs of segments nearer than their
-//! reaches, in axes turned along the prevailing direction; [`PointGrid`] answers radius queries. Work and memory grow
+//! reaches, at rest or moving, in axes turned along the prevailing direction; [`PointGrid`] answers radius queries. Work and memory grow
 //! linearly with members and answers. Nothing depends on the number of threads: pairs come out in ascending order.
 
 mod boxes;
@@ -12,7 +12,7 @@ mod segments;
 
 pub use boxes::BoxGrid;
 pub use points::PointGrid;
-pub use segments::SegmentGrid;
+pub use segments::{Nearness, SegmentGrid, SegmentMotion, largest_relative_motion};
 
 use thiserror::Error;
 

@@ -14,6 +14,7 @@
 mod cohesion;
 mod crossing;
 mod impulses;
+mod loose;
 mod motion;
 mod opposed;
 mod second_opinion;
@@ -22,16 +23,17 @@ use std::time::Instant;
 
 use ::contact::assembly::{AssemblyError, ContactSystem, InverseDynamics, PosedContact, assemble};
 use ::contact::block::Vec3;
-use ::contact::detection::{Contact, DetectionError, SolidField, StepSolid, Strands};
+use ::contact::detection::{Contact, DetectionError, Sight, SolidField, StepSolid, Strands};
 use numerics::lanes::F4;
-use rods::{RodSet, StrandInverse};
+use rods::{RodSet, RodStepper, StrandInverse};
+use surface_flow::FilmState;
 
 use super::rejection;
 use crate::stages::Step;
 use crate::system::{Rejection, RejectionReason};
 use crate::world::World;
 use crate::world::contact::memory::{ContactMemory, Place};
-use crate::world::contact::{ContactWorld, StepFigures};
+use crate::world::contact::{ContactWorld, LooseBridge, StepFigures};
 
 /// Rounds beyond those that the scene asks for, in which contacts are added that the impulses themselves made.
 const MOST_ADDITIONS: usize = 16;
@@ -46,6 +48,10 @@ const MOST_TURNS: usize = 8;
 /// Turn left after all rounds at which the step counts as too large \[rad\].
 const TOO_LARGE_TURN: f64 = 0.2;
 
+/// Rounds in a row that turn edges by as much before the step counts as too large without waiting for the last: what settles
+/// at all takes three.
+const MOST_WILD: usize = 5;
+
 /// Share of the detection margin by which impulses may move a vertex before detection looks again.
 const UNSEEN_MOTION: f64 = 0.5;
 
@@ -58,6 +64,9 @@ const NEAR: f64 = 0.01;
 /// Gap at the end of the step, in radii, beyond which a contact without impulse leaves the problem.
 const RELEASE: f64 = 0.05;
 
+/// The same for bridges that only pull: they are many, and most hang where they are.
+const LOOSE: f64 = 0.02;
+
 /// Rounds in which contacts may leave the problem; later on it only grows, so that the rounds come to an end.
 const ROUNDS_OF_RELEASE: usize = 6;
 
@@ -67,6 +76,9 @@ const MANY: usize = 200;
 /// Relative residual of rough rounds: which contacts close next is seen long before the last digits are there, and those
 /// take four times the work.
 const ROUGH: f64 = 1e-3;
+
+/// Rough rounds end where fewer than one more contact to so many is added.
+const FEW: usize = 200;
 
 /// Rounds at the end of all that are never rough, so that what an exact one still closes can be followed.
 const EXACT_ROUNDS: usize = 4;
@@ -85,7 +97,7 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
     let stepper = &mut strands.stepper;
     contact.begin(rods, step, stepper, &strands.boundary);
     let films = state.film.as_ref().map(|films| &films.state);
-    contact.widen(rods, films);
+    contact.widen(rods, films, memory);
     let tau = stepper.equivalent_step().unwrap_or(step.dt);
 
     let fields: Vec<StepSolid> = if contact.with_solids {
@@ -94,8 +106,9 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         Vec::new()
     };
     let fields: Vec<&dyn SolidField> = fields.iter().map(|field| field as &dyn SolidField).collect();
-    contact.look(rods, &fields, 0, memory)?;
-    contact.moisten(rods, films, memory, &fields, 0);
+    let setting = Setting { dt: step.dt, tau, friction: &strands.friction, solids };
+    let surroundings = Surroundings { solids: &fields, films, memory, setting: &setting };
+    contact.look(rods, stepper, &surroundings, 0)?;
 
     let mut posed: Option<ContactSystem> = None;
     // every strand that got impulses in some round, also where later rounds took them back: what it lacks is its clamps' share
@@ -106,6 +119,7 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
     // what the last round left: its report where it missed the tolerance, and whether contacts were still to be added. Rounds
     // before it were on the way, and what they missed is made good
     let (mut missed, mut unfinished) = (None, false);
+    let mut wild = 0;
     for round in 0..most_rounds {
         if contact.lists.active.is_empty() {
             posed = None;
@@ -118,7 +132,6 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         stepper.prepare_factors(Some(&touched));
         let inverses = Inverses::of(&touched, rods.strand_count(), |strand| stepper.strand_inverse(strand));
         contact.read_velocities(rods, stepper);
-        let setting = Setting { dt: step.dt, tau, friction: &strands.friction, solids };
         let mut system = contact.pose(rods, &inverses, &setting)?;
         contact.cohere(&mut system, rods, &setting);
         let start = contact.start(&system, memory, tau);
@@ -152,8 +165,9 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         contact.hand_over(rods, &whole);
         let turn = contact.turn(rods, &touched, &inverses, step.dt);
         let last = round + 1 == most_rounds;
-        if last && turn > TOO_LARGE_TURN {
-            let detail = format!("contact impulses turn an edge by {turn:.2} rad after {most_rounds} rounds");
+        wild = if turn > TOO_LARGE_TURN { wild + 1 } else { 0 };
+        if wild > 0 && (last || wild == MOST_WILD) {
+            let detail = format!("contact impulses turn an edge by {turn:.2} rad after {} rounds", round + 1);
             return Err(Rejection { stage: "mixture", reason: RejectionReason::TooLargeMotion, element: None, detail });
         }
         let nonlinear = !last && (round + 1 < contact.relinearisations || turn > TRUE_TURN);
@@ -169,12 +183,10 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         corrected.extend_from_slice(&touched);
 
         let moved = contact.follow(rods, stepper);
-        let unseen = UNSEEN_MOTION * contact.detection.proximity * contact.smallest_radius;
-        let known = contact.lists.active.len();
-        let woken = contact.wake(&fields, round + 1, false, |_| false);
-        let grown = moved > unseen && contact.look(rods, &fields, round + 1, memory)?;
+        let unseen = contact.unseen();
+        let woken = contact.wake(&surroundings, round + 1);
+        let grown = moved > unseen && contact.look(rods, stepper, &surroundings, round + 1)?;
         let grown = contact.part_crossed() || grown;
-        contact.moisten(rods, films, memory, &fields, known);
         if !woken && !grown && !nonlinear {
             if exact {
                 break;
@@ -182,10 +194,13 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
             settled = true;
             continue;
         }
+        // few more: exact rounds from here follow what rough ones would chase one by one
+        let more = contact.lists.active.len() - contact.lists.solved;
+        settled |= round >= ROUNDS_OF_RELEASE / 2 && more * FEW < contact.lists.solved;
         // what the last round would add stays without impulse in this step: told like a problem that was not solved
         unfinished = last && (woken || grown);
         if round < ROUNDS_OF_RELEASE {
-            contact.release(&fields);
+            contact.release(&fields, tau);
         }
     }
 
@@ -194,11 +209,13 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         if let Some(report) = &missed {
             contact.not_solved(system, report)?;
         }
-        // contacts added after the last round have no impulse yet
+        // contacts added after the last round have no impulse yet, but for bridges that pulled already
+        contact.loosen_unsolved(system.contacts.len());
         contact.drop_unsolved(system.contacts.len());
         contact.confirm(memory, system);
         contact.keep(memory, system);
     }
+    corrected.extend(loose::strands_of(contact.lists.loose.iter().map(|bridge| &bridge.contact)));
     corrected.sort_unstable();
     corrected.dedup();
     contact.account(rods, stepper, &corrected, solids, step, tau);
@@ -212,6 +229,14 @@ struct Setting<'a> {
     tau: f64,
     friction: &'a [f64],
     solids: &'a [crate::world::solids::SceneSolid],
+}
+
+/// What detection sees beside the strands.
+struct Surroundings<'a> {
+    solids: &'a [&'a dyn SolidField],
+    films: Option<&'a FilmState>,
+    memory: &'a ContactMemory,
+    setting: &'a Setting<'a>,
 }
 
 /// The factored step matrices of the strands in contact.
@@ -263,15 +288,34 @@ fn no_number(what: impl ToString) -> Rejection {
 }
 
 impl ContactWorld {
-    /// Contacts of the motion from the start to the present end of the step. What would overlap and is not there yet is
-    /// posed; the first look also takes what was pressed in the last step. Returns whether anything was added.
+    /// Contacts of the motion from the start to the present end of the step. New bridges begin to pull, and what would overlap
+    /// and is not there yet is posed; the first look also takes what was pressed in the last step. Returns whether anything
+    /// was added.
     fn look(
         &mut self,
         rods: &RodSet,
-        solids: &[&dyn SolidField],
+        stepper: &mut RodStepper,
+        around: &Surroundings<'_>,
         round: usize,
-        memory: &ContactMemory,
     ) -> Result<bool, Rejection> {
+        let (posed, loose) = (self.lists.active.len(), self.lists.loose.len());
+        self.find(rods, around, round)?;
+        let begin = Instant::now();
+        let moved = self.pull(loose, rods, stepper, around.setting)?;
+        self.seconds[1] += begin.elapsed().as_secs_f64();
+        if moved > self.unseen() {
+            let more = self.lists.loose.len();
+            self.find(rods, around, round)?;
+            self.pull(more, rods, stepper, around.setting)?;
+        }
+        let grown = self.lists.loose.len() > loose;
+        self.wake(around, round);
+        Ok(grown || self.lists.active.len() > posed)
+    }
+
+    /// Looks for contacts that are not known yet: those in view, bridges that are to pull, and bridges of sides that touch, which
+    /// are posed.
+    fn find(&mut self, rods: &RodSet, around: &Surroundings<'_>, round: usize) -> Result<(), Rejection> {
         let first = round == 0;
         let begin = Instant::now();
         let lists = &mut self.lists;
@@ -279,76 +323,101 @@ impl ContactWorld {
             start: &lists.start,
             end: &lists.end,
             first_vertex: &self.first_vertex,
-            radius: if lists.wide.is_empty() { &self.edge_radius } else { &lists.wide },
+            radius: &self.edge_radius,
         };
+        let (height, first_vertex, memory) = (&lists.height, &self.first_vertex, around.memory);
+        let film = |(strand, edge): (u32, u32)| height[(first_vertex[strand as usize] + edge) as usize];
+        let matters = |a: (u32, u32), b: (u32, u32), gap: f64| {
+            gap <= film(a) + film(b) || memory.was_bridged(&Place::between(a, b))
+        };
+        let sight = (!lists.reach.is_empty()).then_some(Sight { reach: &lists.reach, matters: &matters });
         lists
             .detector
-            .detect(&strands, solids, &self.detection, &mut lists.found)
+            .detect(&strands, sight.as_ref(), around.solids, &self.detection, &mut lists.found)
             .map_err(|error: DetectionError| no_number(error))?;
-        self.true_gaps();
         self.adjust_gaps(rods);
         let lists = &mut self.lists;
-        let before = lists.active.len();
         if first {
             let deepest = lists.found.iter().map(|c| -c.gap).fold(0.0, f64::max);
             self.report.worst_penetration = deepest;
         }
-        let mut known: Vec<Place> = lists.active.iter().map(Place::of).collect();
+        let known = lists.active.iter().chain(lists.loose.iter().map(|bridge| &bridge.contact));
+        let mut known: Vec<Place> = known.map(Place::of).collect();
         known.sort_unstable();
-        lists.spare.clear();
-        for i in 0..lists.found.len() {
-            let c = lists.found[i];
-            if motion::is_held(&c, &self.first_vertex, &lists.held) {
-                self.report.held += usize::from(first);
-            } else if known.binary_search(&Place::of(&c)).is_err() {
-                lists.spare.push(c);
+        let mut new: Vec<Contact> = Vec::new();
+        let mut held = 0;
+        for c in &lists.found {
+            if motion::is_held(c, &self.first_vertex, &lists.held) {
+                held += 1;
+            } else if known.binary_search(&Place::of(c)).is_err() {
+                new.push(*c);
             }
         }
-        // a bridge of liquid pulls across a gap: where there is liquid, all that comes into view is looked at
-        self.wake(solids, round, self.cohesion.is_some(), |c| memory.holds(&Place::of(c)));
+        if first {
+            self.report.held = held;
+        }
+        let wetness = self.wetness(&new, rods, around.films, memory, around.solids);
+        let lists = &mut self.lists;
+        lists.spare.clear();
+        for (contact, wet) in new.into_iter().zip(wetness) {
+            if !wet.bridged {
+                lists.spare.push(contact);
+            } else if contact.gap > 0.0 && wet.flow.is_none() {
+                lists.loose.push(LooseBridge { contact, wet, pull: 0.0 });
+            } else {
+                lists.pose_wet(contact, wet, [0.0; 3]);
+            }
+        }
         self.seconds[0] += begin.elapsed().as_secs_f64();
-        Ok(self.lists.active.len() > before)
+        Ok(())
     }
 
-    /// Poses those of the contacts in view that would overlap at the end of the step; those that stay open need no
-    /// impulse, and leaving them out is exact as long as none of them closes. `all`: those that stay open too. Returns whether there
-    /// were any.
-    fn wake(
-        &mut self,
-        solids: &[&dyn SolidField],
-        round: usize,
-        all: bool,
-        was_pressed: impl Fn(&Contact) -> bool,
-    ) -> bool {
+    /// Poses those of the contacts in view that would overlap at the end of the step, and bridges that would do more than pull;
+    /// those that stay open need no impulse, and leaving them out is exact as long as none of them closes. Returns whether
+    /// there were any.
+    fn wake(&mut self, around: &Surroundings<'_>, round: usize) -> bool {
         let lists = &mut self.lists;
         // what impulses bring nearer than that is pushed apart in the next step
         let allowed = if round == 0 { 0.0 } else { UNPOSED_OVERLAP * self.smallest_radius };
         // from the third round on what is merely near goes along, so that a chain does not close one link a round
         let near = if round < 3 { -allowed } else { NEAR * self.smallest_radius };
         let mut spare = std::mem::take(&mut lists.spare);
-        let gap = |c: &Contact| motion::end_gap(c, lists, &self.first_vertex, solids);
+        let gap = |c: &Contact| motion::end_gap(c, lists, &self.first_vertex, around.solids);
         let gaps: Vec<f64> = spare.iter().map(gap).collect();
         let closes = gaps.iter().any(|gap| *gap < -allowed);
         let before = lists.active.len();
         let mut gaps = gaps.into_iter();
         spare.retain(|c| {
             let gap = gaps.next().unwrap_or(f64::INFINITY);
-            if !(all || closes && gap < near || round == 0 && was_pressed(c)) {
+            if !(closes && gap < near || round == 0 && around.memory.holds(&Place::of(c))) {
                 return true;
             }
             lists.pose(*c);
             false
         });
         lists.spare = spare;
-        lists.active.len() > before
+        let memory = (round == 0).then_some(around.memory);
+        self.tighten((allowed, near), around.solids, memory, around.setting.tau);
+        self.lists.active.len() > before
+    }
+
+    /// How far impulses may move a vertex before detection looks again [m].
+    fn unseen(&self) -> f64 {
+        UNSEEN_MOTION * self.detection.proximity * self.smallest_radius
     }
 
     /// Takes contacts without impulse that are far from closing out of the problem again. The first impulses go to contacts
     /// that hold what others would have held; what they close in passing need not stay.
-    fn release(&mut self, solids: &[&dyn SolidField]) {
-        let lists = &mut self.lists;
-        let (mut kept, solved) = (0, lists.solved);
-        for i in 0..lists.active.len() {
+    fn release(&mut self, solids: &[&dyn SolidField], tau: f64) {
+        let (mut kept, solved) = (0, self.lists.solved);
+        for i in 0..self.lists.active.len() {
+            let loose = self.is_loose(i, solids, tau);
+            let lists = &mut self.lists;
+            if let Some(bridge) = loose {
+                lists.loose.push(bridge);
+                lists.solved -= usize::from(i < solved);
+                continue;
+            }
             let c = lists.active[i];
             let open = lists.impulses[i] == [0.0; 3] && !lists.wet[i].bridged;
             if open && motion::end_gap(&c, lists, &self.first_vertex, solids) > RELEASE * self.smallest_radius {
@@ -369,16 +438,7 @@ impl ContactWorld {
 
     /// Strands that touch something, in order.
     fn touched_strands(&self) -> Vec<usize> {
-        let mut touched: Vec<usize> = Vec::new();
-        for c in &self.lists.active {
-            touched.push(c.key.a.0 as usize);
-            if !c.with_solid() {
-                touched.push(c.key.b.0 as usize);
-            }
-        }
-        touched.sort_unstable();
-        touched.dedup();
-        touched
+        loose::strands_of(self.lists.active.iter())
     }
 
     /// The contact problem at the present velocities.
@@ -415,7 +475,8 @@ impl ContactWorld {
             .map(|(k, ((c, posed), used))| {
                 // what the round before left open is not pressed again by what held it a step ago
                 let solved = k < self.lists.solved;
-                if solved { used } else { memory.start(&Place::of(c), &posed.basis(), tau) }
+                let place = Place::of(c);
+                if solved || !memory.holds(&place) { used } else { memory.start(&place, &posed.basis(), tau) }
             })
             .collect()
     }
@@ -459,23 +520,24 @@ impl ContactWorld {
     fn remember(&self, memory: &mut ContactMemory, tau: f64) {
         memory.steps += 1;
         let lists = &self.lists;
-        let law = self.law_impulses();
-        let pressed = lists.active.iter().zip(&law).filter(|(_, r)| **r != [0.0; 3]);
-        let bridged = lists.active.iter().zip(&lists.wet).filter(|(_, wet)| wet.bridged);
+        let pulling = lists.loose.iter().map(|bridge| (&bridge.contact, bridge.impulse()));
+        let pressed = lists.active.iter().zip(self.law_impulses()).chain(pulling).filter(|(_, r)| *r != [0.0; 3]);
+        let bridged = lists.active.iter().zip(&lists.wet).filter(|(_, wet)| wet.bridged).map(|(c, _)| c);
         memory.bridges.clear();
-        memory.bridges.extend(bridged.map(|(c, _)| Place::of(c)));
+        memory.bridges.extend(bridged.chain(lists.loose.iter().map(|bridge| &bridge.contact)).map(Place::of));
         memory.bridges.sort_unstable();
         memory.renew(pressed.map(|(c, r)| {
-            let force = crate::world::contact::record::world_impulse(c, r) / tau;
+            let force = crate::world::contact::record::world_impulse(c, &r) / tau;
             (Place::of(c), force.into(), c.normal)
         }));
     }
 
-    fn begin(&mut self, rods: &RodSet, step: Step, stepper: &rods::RodStepper, boundary: &rods::Boundary) {
+    fn begin(&mut self, rods: &RodSet, step: Step, stepper: &RodStepper, boundary: &rods::Boundary) {
         self.report = StepFigures::default();
         self.seconds = [0.0; 3];
         let lists = &mut self.lists;
         lists.active.clear();
+        lists.loose.clear();
         lists.solved = 0;
         lists.impulses.clear();
         lists.states.clear();

@@ -29,10 +29,18 @@ pub struct Wetness {
     pub against_parting: f64,
     /// Pull towards each other: capillary less what the liquid resists [N].
     pub towards: f64,
-    /// Whether the sides draw near in this step; decided when the problem is first posed.
+    /// Whether the sides draw near in this step; decided when the bridge is first seen in it.
     pub draws_near: Option<bool>,
     /// Resistance to sliding, for a step of one second.
     pub flow: Option<TangentialFlow>,
+}
+
+impl Wetness {
+    /// What the bridge pulls with at most in a step of `tau` seconds [N s], once it is known whether the sides draw near.
+    #[must_use]
+    pub fn bound(&self, tau: f64) -> f64 {
+        tau * if self.draws_near == Some(true) { self.towards } else { self.against_parting }
+    }
 }
 
 impl CohesionWorld {

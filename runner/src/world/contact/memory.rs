@@ -62,6 +62,12 @@ impl Place {
         std::iter::once(self.a).chain(other)
     }
 
+    /// The place where two edges of strands touch; the first comes first in the order of strands.
+    #[must_use]
+    pub fn between(a: (u32, u32), b: (u32, u32)) -> Place {
+        Place { a, b, part: 1 }
+    }
+
     /// Whether this can be the same bridge as another, slid along by at most an edge.
     fn continues(&self, before: &Place) -> bool {
         let near = |x: (u32, u32), y: (u32, u32)| x.0 == y.0 && x.1.abs_diff(y.1) <= 1;

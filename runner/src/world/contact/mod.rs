@@ -87,7 +87,7 @@ pub struct Lists {
     pub detector: Detector,
     /// What detection found.
     pub found: Vec<Contact>,
-    /// Contacts in view that stay open by themselves, without a part in the problem.
+    /// Dry contacts in view that stay open by themselves, without a part in the problem.
     pub spare: Vec<Contact>,
     /// Contacts of the step, in a fixed order.
     pub active: Vec<Contact>,
@@ -103,14 +103,20 @@ pub struct Lists {
     pub yielding: Vec<Yielding>,
     /// Part of each impulse by which the liquid resists sliding [N s].
     pub flow: Vec<Vec3>,
+    /// Bridges of liquid that only pull, whatever the contacts do: they have no part in the problem.
+    pub loose: Vec<LooseBridge>,
+    /// Edges of last step's bridges, sorted: as often as they have bridges.
+    pub shared: Vec<(u32, u32)>,
     /// How far the liquid of each edge can reach, at its first vertex [m]; empty where nothing is wet.
     pub reach: Vec<f64>,
-    /// Radius of each edge with that reach [m]; empty where nothing is wet.
-    pub wide: Vec<f64>,
+    /// Height of the film on each edge where it is highest, at its first vertex [m]; empty where nothing is wet.
+    pub height: Vec<f64>,
     /// Positions at the start of the step [m].
     pub start: Vec<Vec3>,
     /// Positions at its end under the present solution [m].
     pub end: Vec<Vec3>,
+    /// How far the last impulses moved the end of each vertex [m].
+    pub moved: Vec<f64>,
     /// Displacement at the end that velocities do not account for [m]; empty unless the integrator is a two-step one.
     pub drift: Vec<Vector3<f64>>,
     /// Velocity per freedom, four a vertex.
@@ -126,10 +132,42 @@ pub struct Lists {
 impl Lists {
     /// Takes a contact into the problem, so far without impulse.
     pub fn pose(&mut self, contact: Contact) {
+        self.pose_wet(contact, Wetness::default(), [0.0; 3]);
+    }
+
+    /// Takes a contact into the problem with the liquid at it and the impulse that it has had so far.
+    pub fn pose_wet(&mut self, contact: Contact, wet: Wetness, impulse: Vec3) {
         self.active.push(contact);
-        self.impulses.push([0.0; 3]);
+        self.impulses.push(impulse);
         self.states.push(ContactState::Open);
         self.yielding.push(Yielding::No);
+        self.wet.push(wet);
+        self.flow.push([0.0; 3]);
+    }
+
+    /// All contacts that have an impulse, posed or not, with it.
+    pub fn acting(&self) -> impl Iterator<Item = (&Contact, Vec3)> {
+        let posed = self.active.iter().zip(self.impulses.iter().copied());
+        posed.chain(self.loose.iter().map(|bridge| (&bridge.contact, bridge.impulse())))
+    }
+}
+
+/// A bridge of liquid over an open gap that the strands do not close: it pulls with all its force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LooseBridge {
+    /// Where it is.
+    pub contact: Contact,
+    /// The liquid there.
+    pub wet: Wetness,
+    /// Its pull [N s].
+    pub pull: f64,
+}
+
+impl LooseBridge {
+    /// Its impulse in the basis of the contact [N s].
+    #[must_use]
+    pub fn impulse(&self) -> Vec3 {
+        [-self.pull, 0.0, 0.0]
     }
 }
 

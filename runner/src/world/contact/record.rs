@@ -14,7 +14,11 @@ use crate::world::solids::SceneSolid;
 /// Columns of contact.
 pub fn columns(contact: &ContactWorld, solids: &[SceneSolid], columns: &mut Vec<Column>) {
     for (name, unit, meaning) in [
-        ("contacts", "1", "contacts that motion or impulses would close in the step"),
+        (
+            "contacts",
+            "1",
+            "contacts that motion or impulses would close in the step, and bridges of liquid that do not merely pull",
+        ),
         ("open", "1", "contacts without impulse"),
         ("sticking", "1", "contacts that stick"),
         ("slipping", "1", "contacts that slide"),
@@ -92,7 +96,8 @@ pub fn summary(contact: &ContactWorld, memory: &ContactMemory, summary: &mut Map
 #[must_use]
 pub fn picture(contact: &ContactWorld) -> Piece {
     let lists = &contact.lists;
-    let shown = lists.active.iter().zip(&lists.impulses).zip(&lists.states);
+    let loose = std::iter::repeat(&ContactState::Open);
+    let shown = lists.acting().zip(lists.states.iter().chain(loose));
     let mut piece = Piece {
         name: "contacts".to_owned(),
         topology: Topology::Points,
@@ -105,7 +110,7 @@ pub fn picture(contact: &ContactWorld) -> Piece {
     for ((c, r), s) in shown {
         piece.positions.push(contact.point(c).into());
         normal.push(c.normal);
-        let world = world_impulse(c, r);
+        let world = world_impulse(c, &r);
         impulse.push(world.into());
         size.push(world.norm());
         state.push(code(*s));

@@ -16,6 +16,7 @@ use ::contact::cohesion::{
 };
 use ::contact::detection::{Contact, SolidField};
 use nalgebra::Vector3;
+use rayon::prelude::*;
 use rods::RodSet;
 use surface_flow::{FilmState, film_height};
 
@@ -38,12 +39,14 @@ const SETTLED: f64 = 1e-10;
 
 impl ContactWorld {
     /// How far the liquid of each edge can reach a neighbour [m], so that detection finds bridges.
-    pub(super) fn widen(&mut self, rods: &RodSet, films: Option<&FilmState>) {
+    pub(super) fn widen(&mut self, rods: &RodSet, films: Option<&FilmState>, memory: &ContactMemory) {
         let lists = &mut self.lists;
         lists.reach.clear();
-        lists.wide.clear();
+        lists.height.clear();
+        lists.shared.clear();
         let (Some(cohesion), Some(films)) = (&self.cohesion, films) else { return };
         lists.reach.resize(rods.vertex_count(), 0.0);
+        lists.height.resize(rods.vertex_count(), 0.0);
         for strand in 0..rods.strand_count() {
             let (_, angle) = cohesion.liquids[cohesion.liquid_of[strand] as usize];
             let vertices = rods.vertices(strand);
@@ -52,70 +55,30 @@ impl ContactWorld {
                 if area > 0.0 {
                     let axes =
                         (rods.radius[v][0] + rods.radius[v][1]).min(rods.radius[v + 1][0] + rods.radius[v + 1][1]);
-                    lists.reach[v] = film_height(area, axes).max((1.0 + 0.5 * angle) * area.sqrt());
+                    lists.height[v] = film_height(area, axes);
+                    lists.reach[v] = lists.height[v].max((1.0 + 0.5 * angle) * area.sqrt());
                 }
             }
         }
-        lists.wide.extend(self.edge_radius.iter().zip(&lists.reach).map(|(radius, reach)| radius + reach));
+        lists.shared.extend(memory.bridges.iter().flat_map(Place::edges));
+        lists.shared.sort_unstable();
     }
 
-    /// Takes the reach of the liquid off the gaps that detection found.
-    pub(super) fn true_gaps(&mut self) {
-        let lists = &mut self.lists;
-        if lists.reach.is_empty() {
-            return;
-        }
-        for c in &mut lists.found {
-            c.gap += lists.reach[(self.first_vertex[c.key.a.0 as usize] + c.key.a.1) as usize];
-            if !c.with_solid() {
-                c.gap += lists.reach[(self.first_vertex[c.key.b.0 as usize] + c.key.b.1) as usize];
-            }
-        }
-    }
-
-    /// Finds the liquid at the active contacts from number `from` on, and drops those that are neither wet nor near.
-    pub(super) fn moisten(
-        &mut self,
+    /// The liquid at each of these contacts.
+    pub(super) fn wetness(
+        &self,
+        contacts: &[Contact],
         rods: &RodSet,
         films: Option<&FilmState>,
         memory: &ContactMemory,
         solids: &[&dyn SolidField],
-        from: usize,
-    ) {
-        let lists = &mut self.lists;
-        lists.wet.truncate(from);
-        lists.flow.truncate(from);
+    ) -> Vec<Wetness> {
         let (Some(cohesion), Some(films)) = (&self.cohesion, films) else {
-            lists.wet.resize(lists.active.len(), Wetness::default());
-            lists.flow.resize(lists.active.len(), [0.0; 3]);
-            return;
+            return vec![Wetness::default(); contacts.len()];
         };
-        let mut shared: Vec<(u32, u32)> = Vec::new();
-        for place in &memory.bridges {
-            shared.extend(place.edges());
-        }
-        shared.sort_unstable();
-        let look = Look { rods, films, cohesion, solids, first_vertex: &self.first_vertex, shared: &shared };
-        let margin = self.detection.proximity * self.smallest_radius;
-        let mut kept = from;
-        for i in from..lists.active.len() {
-            let c = lists.active[i];
-            let wet = look.wetness(&c, &lists.found, memory);
-            let near = c.gap <= margin || c.time > 0.0;
-            let closes = || motion::end_gap(&c, lists, &self.first_vertex, solids) <= margin;
-            if wet.bridged || near || closes() {
-                lists.active.swap(kept, i);
-                lists.impulses.swap(kept, i);
-                lists.states.swap(kept, i);
-                lists.wet.push(wet);
-                lists.flow.push([0.0; 3]);
-                kept += 1;
-            }
-        }
-        lists.active.truncate(kept);
-        lists.impulses.truncate(kept);
-        lists.states.truncate(kept);
-        self.report.bridges = lists.wet.iter().filter(|wet| wet.bridged).count();
+        let lists = &self.lists;
+        let look = Look { rods, films, cohesion, solids, first_vertex: &self.first_vertex, shared: &lists.shared };
+        contacts.par_iter().with_min_len(256).map(|c| look.wetness(c, &lists.found, memory)).collect()
     }
 
     /// Gives the posed problem the pull of the bridges.
@@ -131,18 +94,18 @@ impl ContactWorld {
                 continue;
             }
             let c = self.lists.active[k];
-            *bound = setting.tau * wet.against_parting;
             if c.gap <= 0.0 {
+                *bound = wet.bound(setting.tau);
                 continue;
             }
             let gap = motion::gap_velocity(&c, self.lists.yielding[k], &self.lists, &self.first_vertex, rods, setting);
             let free = problem.free_velocity[k][0] - gap;
             let pulled = free - problem.delassus.diagonal(k)[0] * setting.tau * wet.towards;
-            if *self.lists.wet[k].draws_near.get_or_insert(pulled < 0.0) {
-                *bound = setting.tau * wet.towards;
-            } else {
+            let wet = &mut self.lists.wet[k];
+            if !*wet.draws_near.get_or_insert(pulled < 0.0) {
                 problem.free_velocity[k][0] = free;
             }
+            *bound = wet.bound(setting.tau);
         }
         if bounds.iter().any(|bound| *bound > 0.0) {
             problem.cohesion = bounds;

@@ -28,7 +28,8 @@ impl ContactWorld {
         let lists = &self.lists;
         let crossed = |c: &Contact| deepest(c, lists, &self.first_vertex).filter(|(_, end_gap)| *end_gap < limit);
         let mut more: Vec<Contact> = Vec::new();
-        for c in lists.active.iter().chain(&lists.spare).filter(|c| !c.with_solid()) {
+        let loose = lists.loose.iter().map(|bridge| &bridge.contact);
+        for c in lists.active.iter().chain(&lists.spare).chain(loose).filter(|c| !c.with_solid()) {
             let Some((new, _)) = crossed(c) else { continue };
             let there = |old: &Contact| {
                 old.key == new.key

@@ -1,6 +1,7 @@
 //! Impulses to the vertices, forces to the solids and the ledger.
 
 use ::contact::block::Vec3;
+use ::contact::detection::Contact;
 use ::contact::law::ContactState;
 use nalgebra::Vector3;
 use rods::{RodSet, RodStepper};
@@ -9,27 +10,28 @@ use super::Inverses;
 
 use crate::stages::Step;
 use crate::world::Reaction;
-use crate::world::contact::ContactWorld;
 use crate::world::contact::record::world_impulse;
+use crate::world::contact::{ContactWorld, Lists};
 use crate::world::solids::SceneSolid;
 
 impl ContactWorld {
     /// Writes what the vertices get beyond the impulses of the rounds before, `Hᵀ (r' − r)`.
     pub(super) fn hand_over(&mut self, rods: &RodSet, impulses: &[Vec3]) {
-        let lists = &mut self.lists;
-        lists.per_vertex.clear();
-        lists.per_vertex.resize(rods.vertex_count(), Vector3::zeros());
-        for ((c, new), old) in lists.active.iter().zip(impulses).zip(&lists.impulses) {
-            let more = world_impulse(c, &[new[0] - old[0], new[1] - old[1], new[2] - old[2]]);
-            let mut give = |(strand, edge): (u32, u32), at: f64, sign: f64| {
-                let v = (self.first_vertex[strand as usize] + edge) as usize;
-                lists.per_vertex[v] += more * (sign * (1.0 - at));
-                lists.per_vertex[v + 1] += more * (sign * at);
-            };
-            give(c.key.a, c.alpha, 1.0);
-            if !c.with_solid() {
-                give(c.key.b, c.beta, -1.0);
-            }
+        let Lists { active, impulses: before, per_vertex, .. } = &mut self.lists;
+        per_vertex.clear();
+        per_vertex.resize(rods.vertex_count(), Vector3::zeros());
+        for ((c, new), old) in active.iter().zip(impulses).zip(before) {
+            give(per_vertex, &self.first_vertex, c, &[new[0] - old[0], new[1] - old[1], new[2] - old[2]]);
+        }
+    }
+
+    /// Writes what the vertices get from the loose bridges from number `from` on.
+    pub(super) fn hand_over_pulls(&mut self, rods: &RodSet, from: usize) {
+        let Lists { loose, per_vertex, .. } = &mut self.lists;
+        per_vertex.clear();
+        per_vertex.resize(rods.vertex_count(), Vector3::zeros());
+        for bridge in &loose[from..] {
+            give(per_vertex, &self.first_vertex, &bridge.contact, &bridge.impulse());
         }
     }
 
@@ -61,6 +63,7 @@ impl ContactWorld {
     ) {
         let report = &mut self.report;
         report.contacts = self.lists.active.len();
+        report.bridges = self.lists.wet.iter().filter(|wet| wet.bridged).count() + self.lists.loose.len();
         for state in &self.lists.states {
             match state {
                 ContactState::Open => report.open += 1,
@@ -75,8 +78,8 @@ impl ContactWorld {
             let end = step.time + step.dt;
             let center = |s: &SceneSolid| s.solid.at(end).pose().apply(&s.solid.shape.center());
             let centers: Vec<Vector3<f64>> = solids.iter().map(center).collect();
-            for (c, r) in self.lists.active.iter().zip(&self.lists.impulses).filter(|(c, _)| c.with_solid()) {
-                let force = world_impulse(c, r) / tau;
+            for (c, r) in self.lists.acting().filter(|(c, _)| c.with_solid()) {
+                let force = world_impulse(c, &r) / tau;
                 let solid = c.key.b.1 as usize;
                 let arm = self.point(c) - centers[solid];
                 self.on_solids[solid].force -= force;
@@ -93,5 +96,19 @@ impl ContactWorld {
         }
         self.outside_force = outside;
         self.outside_scale = scale;
+    }
+}
+
+/// Gives the vertices of both sides of a contact its impulse.
+fn give(per_vertex: &mut [Vector3<f64>], first_vertex: &[u32], c: &Contact, impulse: &Vec3) {
+    let world = world_impulse(c, impulse);
+    let mut side = |(strand, edge): (u32, u32), at: f64, sign: f64| {
+        let v = (first_vertex[strand as usize] + edge) as usize;
+        per_vertex[v] += world * (sign * (1.0 - at));
+        per_vertex[v + 1] += world * (sign * at);
+    };
+    side(c.key.a, c.alpha, 1.0);
+    if !c.with_solid() {
+        side(c.key.b, c.beta, -1.0);
     }
 }

@@ -34,7 +34,7 @@ fn sides(c: &Contact, first_vertex: &[u32]) -> [Option<(usize, [f64; 2])>; 2] {
 }
 
 /// Relative value (A − B) of a vector field on the vertices at a contact.
-fn relative(c: &Contact, first_vertex: &[u32], field: impl Fn(usize) -> Vector3<f64>) -> Vector3<f64> {
+pub(super) fn relative(c: &Contact, first_vertex: &[u32], field: impl Fn(usize) -> Vector3<f64>) -> Vector3<f64> {
     let mut sum = Vector3::zeros();
     for (side, sign) in sides(c, first_vertex).into_iter().zip([1.0, -1.0]) {
         let Some((v, weight)) = side else { continue };
@@ -50,6 +50,12 @@ fn free_share(c: &Contact, first_vertex: &[u32], held: &[bool]) -> f64 {
         free(0) + free(1)
     };
     sides(c, first_vertex).into_iter().flatten().map(share).fold(0.0, f64::max)
+}
+
+/// How far the last impulses moved a vertex of either side [m].
+pub(super) fn moved(c: &Contact, lists: &Lists, first_vertex: &[u32]) -> f64 {
+    let vertices = sides(c, first_vertex).into_iter().flatten().flat_map(|(v, _)| [v, v + 1]);
+    vertices.map(|v| lists.moved[v]).fold(0.0, f64::max)
 }
 
 /// Whether no free vertex carries the contact.
@@ -149,11 +155,11 @@ impl ContactWorld {
     pub(super) fn follow(&mut self, rods: &RodSet, stepper: &RodStepper) -> f64 {
         let lists = &mut self.lists;
         stepper.ends_into(rods, &mut lists.vectors);
-        let mut farthest = 0.0_f64;
+        lists.moved.clear();
         for (end, new) in lists.end.iter_mut().zip(&lists.vectors) {
-            farthest = farthest.max((Vector3::from(*end) - new).norm());
+            lists.moved.push((Vector3::from(*end) - new).norm());
             *end = [new.x, new.y, new.z];
         }
-        farthest
+        lists.moved.iter().copied().fold(0.0, f64::max)
     }
 }

@@ -161,6 +161,35 @@ fn wet_friction_drags_along() {
     assert!(with.most("momentum_defect") < 1e-8);
 }
 
+/// Bridges that only pull stay out of the contact problem, and it makes no difference: with a liquid that resists no sliding, wet
+/// friction only poses them all.
+#[test]
+fn loose_bridges_pull_as_posed_ones_do() {
+    let text = r#"Scene(
+        units: Cgs, time: (end: 0.02, step: Fixed(2e-4)), gravity: [0, -981, 0],
+        materials: {
+            "hair": Fibre(density: 1.3, young_modulus: 2e8, poisson_ratio: 0.4, viscosity: 1e4),
+            "thin": Liquid(preset: "water", flow: J2(yield_stress: 0, consistency: 1e-12, index: 1)),
+        },
+        strands: [(
+            material: "hair", radius: 0.02,
+            shape: Wisp(count: 6, root: [0, 0, 0], direction: [1, 0, 0], length: 2, disc: 0.08, vertices: 9, arrangement: Even),
+            clamp: [First(2)], film: (height: 0.006, ends: Closed), friction: 0.2,
+        )],
+        contact: (tolerance: 1e-10, detection: (continuous: false)),
+        output: (probes: [Vertex(name: "tip", strand: 3), Vertex(name: "other", strand: 5)]),
+    )"#;
+    let (loose, posed) = (run(text, &[]), run(text, &["contact.wet_friction=true"]));
+    assert_eq!(loose.last("bridges"), posed.last("bridges"));
+    assert!(loose.last("bridges") > 5.0 && loose.last("contacts") < posed.last("contacts"));
+    for name in ["tip_x", "tip_y", "tip_z", "other_y", "other_z"] {
+        let (a, b) = (loose.last(name), posed.last(name));
+        let moved = (b - posed.column(name)[0]).abs();
+        assert!((a - b).abs() < 1e-3 * moved + 1e-9, "{name}: {a} {b}, moved {moved:e}");
+    }
+    assert!(loose.most("momentum_defect") < 1e-8);
+}
+
 /// Same bytes for one and two threads and across a stop and resume, with bridges, flow and drops.
 #[test]
 fn bytes_depend_on_neither_threads_nor_resume() {

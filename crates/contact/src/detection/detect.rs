@@ -6,7 +6,7 @@ use super::solids::SolidField;
 use super::strands::{DetectionError, DetectionSettings, Sight, Strands};
 use super::surface::surface_contacts;
 use crate::assembly::{ContactKey, ContactSide, PosedContact, SOLID};
-use crate::block::Vec3;
+use crate::block::{Vec3, dot};
 use geometry::Aabb;
 use rayon::prelude::*;
 
@@ -27,6 +27,9 @@ pub struct Contact {
     pub solid_velocity: Vec3,
     /// When in the step they meet, 0 … 1.
     pub time: f64,
+    /// A nearer contact of the same strands lies at the same place, on this edge or its neighbour: unless the motion is large,
+    /// what keeps that apart keeps this apart.
+    pub twin: bool,
 }
 
 impl Contact {
@@ -155,6 +158,7 @@ impl Detector {
         contacts.extend(on_solids.into_iter().flatten());
         let before = contacts.len();
         prune(contacts, &self.edges, strands, settings.max_per_edge);
+        mark_twins(contacts);
         let worst_penetration = contacts.iter().map(|c| -c.gap).fold(0.0, f64::max);
         Ok(DetectionReport { candidates, found: before, kept: contacts.len(), worst_penetration })
     }
@@ -207,6 +211,7 @@ fn strand_pair(
         gap: c.gap,
         solid_velocity: [0.0; 3],
         time: c.time,
+        twin: false,
     })
 }
 
@@ -240,8 +245,43 @@ fn strand_solid(
             gap: c.gap,
             solid_velocity: c.velocity,
             time: c.time,
+            twin: false,
         });
     });
+}
+
+/// Part of an edge within which two contacts of the same two strands are at the same place.
+const SAME_PLACE: f64 = 0.2;
+
+/// Marks contacts that lie where a nearer one of the same two strands does. A vertex near another strand gives one on
+/// each of its edges, and strands side by side give one where each edge begins and the other ends.
+fn mark_twins(contacts: &mut [Contact]) {
+    let place = |(edge, at): (u32, f64)| f64::from(edge) + at;
+    let places = |c: &Contact| (place((c.key.a.1, c.alpha)), place((c.key.b.1, c.beta)));
+    let same = |c: &Contact, d: &Contact| {
+        let ((x, y), (u, v)) = (places(c), places(d));
+        (x - u).abs() < SAME_PLACE && (y - v).abs() < SAME_PLACE && dot(&c.normal, &d.normal) > 0.0
+    };
+    // contacts of the same strands, the nearest first; what will meet only later in the step is not the nearer for its gap
+    let near = |c: &Contact| !c.with_solid() && c.time == 0.0;
+    let mut order: Vec<u32> = (0u32..).zip(&*contacts).filter(|(_, c)| near(c)).map(|(i, _)| i).collect();
+    let strands = |c: &Contact| (c.key.a.0, c.key.b.0);
+    order.sort_by(|i, j| {
+        let (c, d) = (&contacts[*i as usize], &contacts[*j as usize]);
+        strands(c).cmp(&strands(d)).then(c.gap.total_cmp(&d.gap)).then(i.cmp(j))
+    });
+    let mut kept: Vec<u32> = Vec::new();
+    for i in order {
+        let c = contacts[i as usize];
+        if kept.first().is_some_and(|first| strands(&contacts[*first as usize]) != strands(&c)) {
+            kept.clear();
+        }
+        if kept.iter().any(|k| same(&c, &contacts[*k as usize])) {
+            contacts[i as usize].twin = true;
+        } else {
+            kept.push(i);
+        }
+    }
 }
 
 /// Keeps at most `limit` contacts with strands per edge, then orders what is left by key and place.
@@ -346,6 +386,27 @@ mod tests {
             .detect(&still(&fold, &[0, 7], &[r; 7]), None, &[], &DetectionSettings::default(), &mut out)
             .unwrap();
         assert!(out.iter().any(|c| c.key.a == (0, 0) && c.key.b == (0, 5)));
+    }
+
+    /// A vertex above another strand has a contact on both its edges; one of them is a twin. Elsewhere the strands touch again.
+    #[test]
+    fn a_vertex_has_a_twin() {
+        let x = [
+            [-1.0, 0.0, 0.3],
+            [0.0, 0.0, 0.19],
+            [1.0, 0.0, 0.3],
+            [2.0, 0.0, 0.19],
+            [3.0, 0.0, 0.3],
+            [0.0, -1.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [2.0, 1.0, 0.0],
+            [2.0, -1.0, 0.0],
+        ];
+        let (s, mut out) = (still(&x, &[0, 5, 9], &[0.1; 9]), Vec::new());
+        let settings = DetectionSettings::default();
+        Detector::default().detect(&s, None, &[], &settings, &mut out).unwrap();
+        assert!(out.iter().all(|c| (c.gap + 0.01).abs() < 1e-12), "{out:?}");
+        assert_eq!((out.len(), out.iter().filter(|c| c.twin).count()), (4, 2));
     }
 
     /// At most six contacts per edge, the nearest, whatever the order of the strands.

@@ -362,7 +362,7 @@ impl ContactWorld {
         for (contact, wet) in new.into_iter().zip(wetness) {
             if !wet.bridged {
                 lists.spare.push(contact);
-            } else if contact.gap > 0.0 && wet.flow.is_none() {
+            } else if (contact.gap > 0.0 || contact.twin) && wet.flow.is_none() {
                 lists.loose.push(LooseBridge { contact, wet, pull: 0.0 });
             } else {
                 lists.pose_wet(contact, wet, [0.0; 3]);
@@ -376,14 +376,13 @@ impl ContactWorld {
     /// those that stay open need no impulse, and leaving them out is exact as long as none of them closes. Returns whether
     /// there were any.
     fn wake(&mut self, around: &Surroundings<'_>, round: usize) -> bool {
-        let lists = &mut self.lists;
         // what impulses bring nearer than that is pushed apart in the next step
         let allowed = if round == 0 { 0.0 } else { UNPOSED_OVERLAP * self.smallest_radius };
         // from the third round on what is merely near goes along, so that a chain does not close one link a round
         let near = if round < 3 { -allowed } else { NEAR * self.smallest_radius };
-        let mut spare = std::mem::take(&mut lists.spare);
-        let gap = |c: &Contact| motion::end_gap(c, lists, &self.first_vertex, around.solids);
-        let gaps: Vec<f64> = spare.iter().map(gap).collect();
+        let mut spare = std::mem::take(&mut self.lists.spare);
+        let gaps: Vec<f64> = spare.iter().map(|c| self.end_gap(c, around.solids)).collect();
+        let lists = &mut self.lists;
         let closes = gaps.iter().any(|gap| *gap < -allowed);
         let before = lists.active.len();
         let mut gaps = gaps.into_iter();
@@ -401,6 +400,12 @@ impl ContactWorld {
         self.lists.active.len() > before
     }
 
+    /// Gap at the end of the step if nothing more happens [m]; that of a twin counts from an overlap by a radius on.
+    fn end_gap(&self, c: &Contact, solids: &[&dyn SolidField]) -> f64 {
+        let overlap = if c.twin { self.smallest_radius } else { 0.0 };
+        motion::end_gap(c, &self.lists, &self.first_vertex, solids) + overlap
+    }
+
     /// How far impulses may move a vertex before detection looks again [m].
     fn unseen(&self) -> f64 {
         UNSEEN_MOTION * self.detection.proximity * self.smallest_radius
@@ -411,16 +416,17 @@ impl ContactWorld {
     fn release(&mut self, solids: &[&dyn SolidField], tau: f64) {
         let (mut kept, solved) = (0, self.lists.solved);
         for i in 0..self.lists.active.len() {
-            let loose = self.is_loose(i, solids, tau);
-            let lists = &mut self.lists;
-            if let Some(bridge) = loose {
+            if let Some(bridge) = self.is_loose(i, solids, tau) {
+                let lists = &mut self.lists;
                 lists.loose.push(bridge);
                 lists.solved -= usize::from(i < solved);
                 continue;
             }
-            let c = lists.active[i];
-            let open = lists.impulses[i] == [0.0; 3] && !lists.wet[i].bridged;
-            if open && motion::end_gap(&c, lists, &self.first_vertex, solids) > RELEASE * self.smallest_radius {
+            let c = self.lists.active[i];
+            let open = self.lists.impulses[i] == [0.0; 3] && !self.lists.wet[i].bridged;
+            let leaves = open && self.end_gap(&c, solids) > RELEASE * self.smallest_radius;
+            let lists = &mut self.lists;
+            if leaves {
                 lists.spare.push(c);
                 lists.solved -= usize::from(i < solved);
                 continue;

@@ -2,7 +2,7 @@
 //!
 //! A bridge over an open gap pulls with a force that is known beforehand, as long as the strands neither close the gap nor, where
 //! they hang or part, come nearer. Among wet hairs nearly all bridges do no more. They have no part in the contact problem,
-//! which would grow with the square of their number: their pull is given to the rods before it is posed, and only where that
+//! which would grow with the square of their number; nor has a second bridge at the place of another. Their pull is given to the rods before it is posed, and only where that
 //! or the impulses of others bring two sides too near does a bridge become a contact.
 
 use ::contact::assembly::{PosedContact, normal_mobilities};
@@ -82,6 +82,8 @@ impl ContactWorld {
             let room = room.next().unwrap_or(f64::INFINITY);
             let near = closes && room < near;
             let joins = match memory {
+                // what holds the other at its place holds a twin too: it adds its pull, and no contact that says the same again
+                Some(_) if bridge.contact.twin => false,
                 Some(memory) if bridge.pull > 0.0 => was_held_back(bridge, memory, tau),
                 Some(memory) => near || memory.holds(&Place::of(&bridge.contact)),
                 None => near,
@@ -101,7 +103,8 @@ impl ContactWorld {
         let lists = &self.lists;
         let (contact, wet, [normal, along, across]) = (lists.active[i], lists.wet[i], lists.impulses[i]);
         let bridge = LooseBridge { contact, wet, pull: -normal };
-        let only_pulls = wet.bridged && wet.flow.is_none() && contact.gap > 0.0 && wet.draws_near.is_some();
+        let only_pulls =
+            wet.bridged && wet.flow.is_none() && (contact.gap > 0.0 || contact.twin) && wet.draws_near.is_some();
         let fully = normal == -wet.bound(tau) && along == 0.0 && across == 0.0;
         if !(only_pulls && fully) {
             return None;
@@ -126,7 +129,7 @@ impl ContactWorld {
     /// they draw near, to come nearer at all where they do not.
     fn room(&self, bridge: &LooseBridge, solids: &[&dyn SolidField]) -> f64 {
         let limit = if bridge.wet.draws_near == Some(true) { 0.0 } else { bridge.contact.gap };
-        motion::end_gap(&bridge.contact, &self.lists, &self.first_vertex, solids) - limit
+        self.end_gap(&bridge.contact, solids) - limit
     }
 }
 

@@ -11,7 +11,7 @@ use geometry::Vector3;
 use geometry::broad_phase::{Nearness, SegmentGrid, SegmentMotion};
 
 /// How far an end may move before the list is made anew, in radii.
-const ALLOWANCE: f64 = 1.0;
+const ALLOWANCE: f64 = 0.25;
 
 /// An end that moved farther is allowed so many times as much from then on.
 const ALLOWANCE_GROWTH: f64 = 2.0;
@@ -231,14 +231,14 @@ mod tests {
             let start = &x[..n];
             let first: Vec<u32> = (0..=n as u32 / 4).map(|s| 4 * s).collect();
             let (radius, reach) = (vec![0.05; n], vec![0.1; n]);
-            let matters = |a: (u32, u32), b: (u32, u32), gap: f64| gap < 0.1 || (a.0 + b.0) % 2 == 0;
+            let matters = |a: (u32, u32), b: (u32, u32), gap: f64| gap < 0.1 || (a.0 + b.0).is_multiple_of(2);
             let sight = far_sighted.then_some(Sight { reach: &reach, matters: &matters });
             let settings = DetectionSettings::default();
             let (mut seasoned, mut found, mut fresh) = (Detector::default(), Vec::new(), Vec::new());
             let mut end = start.to_vec();
             for (round, shift) in shifts.iter().enumerate() {
                 let size = 10f64.powf(*shift);
-                for (i, (e, p)) in end.iter_mut().zip(start).enumerate().filter(|(i, _)| round == 0 || i % (round + 1) == 0) {
+                for (i, (e, p)) in end.iter_mut().zip(start).enumerate().filter(|(i, _)| round == 0 || i.is_multiple_of(round + 1)) {
                     let phase = i as f64 + 10.0 * round as f64;
                     *e = [p[0] + 0.3 + size * (1.7 * phase).sin(), p[1] + size * (2.3 * phase).cos(), p[2] + size * (0.7 * phase).sin()];
                 }

@@ -263,23 +263,22 @@ fn mark_twins(contacts: &mut [Contact]) {
         (x - u).abs() < SAME_PLACE && (y - v).abs() < SAME_PLACE && dot(&c.normal, &d.normal) > 0.0
     };
     // contacts of the same strands, the nearest first; what will meet only later in the step is not the nearer for its gap
-    let near = |c: &Contact| !c.with_solid() && c.time == 0.0;
-    let mut order: Vec<u32> = (0u32..).zip(&*contacts).filter(|(_, c)| near(c)).map(|(i, _)| i).collect();
-    let strands = |c: &Contact| (c.key.a.0, c.key.b.0);
-    order.sort_by(|i, j| {
-        let (c, d) = (&contacts[*i as usize], &contacts[*j as usize]);
-        strands(c).cmp(&strands(d)).then(c.gap.total_cmp(&d.gap)).then(i.cmp(j))
-    });
+    let mut order: Vec<(u32, u32, f64, u32)> = (0u32..)
+        .zip(&*contacts)
+        .filter(|(_, c)| !c.with_solid() && c.time == 0.0)
+        .map(|(i, c)| (c.key.a.0, c.key.b.0, c.gap, i))
+        .collect();
+    order.sort_unstable_by(|x, y| (x.0, x.1).cmp(&(y.0, y.1)).then(x.2.total_cmp(&y.2)).then(x.3.cmp(&y.3)));
     let mut kept: Vec<u32> = Vec::new();
-    for i in order {
-        let c = contacts[i as usize];
-        if kept.first().is_some_and(|first| strands(&contacts[*first as usize]) != strands(&c)) {
-            kept.clear();
-        }
-        if kept.iter().any(|k| same(&c, &contacts[*k as usize])) {
-            contacts[i as usize].twin = true;
-        } else {
-            kept.push(i);
+    for strands in order.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
+        kept.clear();
+        for (.., i) in strands {
+            let c = contacts[*i as usize];
+            if kept.iter().any(|k| same(&c, &contacts[*k as usize])) {
+                contacts[*i as usize].twin = true;
+            } else {
+                kept.push(*i);
+            }
         }
     }
 }

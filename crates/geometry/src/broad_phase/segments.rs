@@ -324,7 +324,7 @@ mod tests {
         let mut ends = segments.clone();
         let mut reach = vec![0.02; 200];
         let (mut grid, mut pairs, mut fresh) = (SegmentGrid::default(), Vec::new(), Vec::new());
-        let keep = |i: u32, j: u32, _: Nearness| (i + j) % 7 != 0;
+        let keep = |i: u32, j: u32, _: Nearness| !(i + j).is_multiple_of(7);
         let still = vec![0.03; 200];
         grid.near_pairs(&segments, &still, Some(SegmentMotion { ends: &ends, reach: &reach }), keep, &mut pairs)
             .unwrap();

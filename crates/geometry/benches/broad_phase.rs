@@ -3,7 +3,7 @@
 //! Linear time shows as equal time per element over the sizes.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use geometry::broad_phase::{BoxGrid, Nearness, PointGrid, SegmentGrid};
+use geometry::broad_phase::{BoxGrid, Nearness, PointGrid, SegmentGrid, Segments};
 use geometry::{Aabb, Vector3};
 use std::hint::black_box;
 
@@ -57,10 +57,11 @@ fn segments(c: &mut Criterion) {
         for (name, segments) in cases {
             let reach = vec![1.2 * RADIUS; segments.len()];
             let (mut grid, mut pairs) = (SegmentGrid::default(), Vec::new());
+            let all = Segments { ends: &segments, reach: &reach, motion: None };
             let apart = |i: u32, j: u32, _: Nearness| i / 40 != j / 40 || j - i >= 2;
             group.throughput(Throughput::Elements(segments.len() as u64));
             group.bench_function(BenchmarkId::new(name, segments.len()), |b| {
-                b.iter(|| grid.near_pairs(black_box(&segments), &reach, None, apart, &mut pairs).unwrap());
+                b.iter(|| grid.near_pairs(black_box(all), apart, &mut pairs).unwrap());
             });
             eprintln!("{name}/{}: {} pairs", segments.len(), pairs.len());
         }

@@ -126,9 +126,10 @@ pub fn assemble<D: InverseDynamics>(
     Ok(ContactSystem { problem, contacts: contacts.to_vec() })
 }
 
-/// Who touches which strand, in the order of the contacts, and where each contact stands.
+/// Touches by strand, and where each contact stands.
 type Touched = (Vec<(usize, Vec<Touch>)>, Vec<Standing>);
 
+/// Who touches which strand, in the order of the contacts.
 pub(super) fn touches<D: InverseDynamics>(
     contacts: &[PosedContact],
     dynamics: &D,

@@ -8,7 +8,7 @@
 use super::strands::{DetectionError, DetectionSettings, Sight, Strands};
 use crate::block::{Vec3, norm_squared, sub};
 use geometry::Vector3;
-use geometry::broad_phase::{Nearness, SegmentGrid, SegmentMotion};
+use geometry::broad_phase::{Nearness, SegmentGrid, SegmentMotion, Segments};
 
 /// How far an end may move before the list is made anew, in radii.
 const ALLOWANCE: f64 = 0.25;
@@ -38,7 +38,7 @@ pub(super) struct Candidates {
 }
 
 /// What a list was made for.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Known {
     start: Vec<Vec3>,
     end: Vec<Vec3>,
@@ -50,20 +50,18 @@ struct Known {
 }
 
 impl Known {
-    fn of(strands: &Strands<'_>, sight: Option<&Sight<'_>>, settings: &DetectionSettings) -> Known {
-        Known {
-            start: strands.start.to_vec(),
-            end: strands.end.to_vec(),
-            first_vertex: strands.first_vertex.to_vec(),
-            radius: strands.radius.to_vec(),
-            reach: sight.map_or_else(Vec::new, |sight| sight.reach.to_vec()),
-            proximity: settings.proximity,
-            continuous: settings.continuous,
-        }
+    /// Takes over a scene, in the memory of the one before.
+    fn take_over(&mut self, Scene { strands, sight, settings, .. }: Scene<'_>) {
+        strands.start.clone_into(&mut self.start);
+        strands.end.clone_into(&mut self.end);
+        strands.first_vertex.clone_into(&mut self.first_vertex);
+        strands.radius.clone_into(&mut self.radius);
+        sight.map_or(&[][..], |sight| sight.reach).clone_into(&mut self.reach);
+        (self.proximity, self.continuous) = (settings.proximity, settings.continuous);
     }
 
     /// Whether only the ends have changed since.
-    fn is_same_step(&self, strands: &Strands<'_>, sight: Option<&Sight<'_>>, settings: &DetectionSettings) -> bool {
+    fn is_same_step(&self, Scene { strands, sight, settings, .. }: Scene<'_>) -> bool {
         self.proximity == settings.proximity
             && self.continuous == settings.continuous
             && self.first_vertex == strands.first_vertex
@@ -92,28 +90,45 @@ pub(super) struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    fn vertex(&self, (strand, edge): (u32, u32)) -> usize {
+    /// First vertex of an edge.
+    pub fn vertex(&self, (strand, edge): (u32, u32)) -> usize {
         (self.strands.first_vertex[strand as usize] + edge) as usize
+    }
+
+    /// How far beyond touching the edge that begins at a vertex sees others [m].
+    pub fn seen(&self, v: usize) -> f64 {
+        self.sight.map_or(0.0, |sight| sight.reach[v])
+    }
+
+    /// Whether two edges with this gap at the start are in contact, whether they touch or not.
+    pub fn is_near(&self, a: (u32, u32), b: (u32, u32), gap: f64) -> bool {
+        let (v, w) = (self.vertex(a), self.vertex(b));
+        gap <= self.settings.proximity * self.strands.radius[v].min(self.strands.radius[w])
+            || self.sight.is_some_and(|sight| gap <= sight.reach[v] + sight.reach[w] && (sight.matters)(a, b, gap))
     }
 
     /// Whether two near edges are candidates.
     fn keeps(&self, i: u32, j: u32, near: Nearness) -> bool {
         let (a, b) = (self.edges[i as usize], self.edges[j as usize]);
+        // one strand: adjacent edges share a vertex and always overlap
         if a.0 == b.0 && a.1.abs_diff(b.1) <= 1 {
             return false;
         }
-        let Some(sight) = self.sight else { return true };
-        let (v, w) = (self.vertex(a), self.vertex(b));
-        let gap = near.distance - self.strands.radius[v] - self.strands.radius[w];
-        near.may_meet || near_by_proximity(self.strands, (v, w), gap, self.settings) || (sight.matters)(a, b, gap)
+        let radii = self.strands.radius[self.vertex(a)] + self.strands.radius[self.vertex(b)];
+        near.may_meet || self.is_near(a, b, near.distance - radii)
+    }
+
+    /// Radius of the edge that begins at a vertex, with what counts as near [m].
+    fn reach(&self, v: usize) -> f64 {
+        self.strands.radius[v] * (1.0 + self.settings.proximity)
     }
 }
 
 impl Candidates {
     /// Pairs among which are all that can be in contact; neighbours on a strand are left out.
     pub(super) fn near(&mut self, scene: Scene<'_>) -> Result<Looked<'_>, DetectionError> {
-        let Scene { strands, sight, edges, settings } = scene;
-        let same = self.known.as_ref().is_some_and(|known| known.is_same_step(strands, sight, settings));
+        let Scene { strands, edges, settings, .. } = scene;
+        let same = self.known.as_ref().is_some_and(|known| known.is_same_step(scene));
         if same && settings.continuous {
             self.mend(scene)?;
         } else if !same {
@@ -126,8 +141,7 @@ impl Candidates {
             let moves = |v: usize| settings.continuous && strands.end[v] != self.last_end[v];
             self.moved.extend(edges.iter().map(|edge| scene.vertex(*edge)).map(|v| moves(v) || moves(v + 1)));
         }
-        self.last_end.clear();
-        self.last_end.extend_from_slice(strands.end);
+        strands.end.clone_into(&mut self.last_end);
         Ok(Looked { pairs: &self.pairs, moved: same.then_some(&self.moved[..]) })
     }
 
@@ -164,56 +178,42 @@ impl Candidates {
         for i in &changed {
             let v = scene.vertex(scene.edges[*i as usize]);
             self.end[*i as usize] = ends(&known.end, v);
-            self.touch[*i as usize] = reach_of(scene, v) + self.allowance[v].max(self.allowance[v + 1]);
+            self.touch[*i as usize] = scene.reach(v) + self.allowance[v].max(self.allowance[v + 1]);
         }
         let motion = Some(SegmentMotion { ends: &self.end, reach: &self.touch });
-        let keep = |i: u32, j: u32, near: Nearness| scene.keeps(i, j, near);
-        let done = self.grid.update(&changed, &self.start, &self.look, motion, keep, &mut self.pairs);
+        let segments = Segments { ends: &self.start, reach: &self.look, motion };
+        let done = self.grid.update(&changed, segments, |i, j, near| scene.keeps(i, j, near), &mut self.pairs);
         done.map_err(|_| DetectionError::Shape("too many edges"))
     }
 
     fn find(&mut self, scene: Scene<'_>) -> Result<(), DetectionError> {
-        let Scene { strands, sight, edges, settings } = scene;
+        let strands = scene.strands;
         self.start.clear();
         self.end.clear();
         self.look.clear();
         self.touch.clear();
-        for v in edges.iter().map(|edge| scene.vertex(*edge)) {
+        for v in scene.edges.iter().map(|edge| scene.vertex(*edge)) {
             self.start.push(ends(strands.start, v));
-            self.look.push(reach_of(scene, v) + sight.map_or(0.0, |sight| sight.reach[v]));
-            if settings.continuous {
+            self.look.push(scene.reach(v) + scene.seen(v));
+            if scene.settings.continuous {
                 self.end.push(ends(strands.end, v));
-                self.touch.push(reach_of(scene, v) + self.allowance[v].max(self.allowance[v + 1]));
+                self.touch.push(scene.reach(v) + self.allowance[v].max(self.allowance[v + 1]));
             }
         }
-        let motion = settings.continuous.then_some(SegmentMotion { ends: &self.end, reach: &self.touch });
-        let keep = |i: u32, j: u32, near: Nearness| scene.keeps(i, j, near);
-        self.known = None;
+        let motion = scene.settings.continuous.then_some(SegmentMotion { ends: &self.end, reach: &self.touch });
+        let segments = Segments { ends: &self.start, reach: &self.look, motion };
+        let mut known = self.known.take().unwrap_or_default();
         self.grid
-            .near_pairs(&self.start, &self.look, motion, keep, &mut self.pairs)
+            .near_pairs(segments, |i, j, near| scene.keeps(i, j, near), &mut self.pairs)
             .map_err(|_| DetectionError::Shape("too many edges"))?;
-        self.known = Some(Known::of(strands, sight, settings));
+        known.take_over(scene);
+        self.known = Some(known);
         Ok(())
     }
 }
 
 fn ends(x: &[Vec3], v: usize) -> [Vector3; 2] {
     [Vector3::from(x[v]), Vector3::from(x[v + 1])]
-}
-
-/// Radius of the edge that begins at a vertex, with what counts as near [m].
-fn reach_of(scene: Scene<'_>, v: usize) -> f64 {
-    scene.strands.radius[v] * (1.0 + scene.settings.proximity)
-}
-
-/// Whether a gap counts as near whatever anyone sees beyond.
-pub(super) fn near_by_proximity(
-    strands: &Strands<'_>,
-    (a, b): (usize, usize),
-    gap: f64,
-    settings: &DetectionSettings,
-) -> bool {
-    gap <= settings.proximity * strands.radius[a].min(strands.radius[b])
 }
 
 #[cfg(test)]

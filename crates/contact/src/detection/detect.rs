@@ -1,6 +1,6 @@
 //! Broad phase, narrow phase and pruning for a whole scene.
 
-use super::candidates::{Candidates, Looked, Scene, near_by_proximity};
+use super::candidates::{Candidates, Looked, Scene};
 use super::pair::{Capsule, pair_contact_where};
 use super::solids::SolidField;
 use super::strands::{DetectionError, DetectionSettings, Sight, Strands};
@@ -82,6 +82,11 @@ const CHUNK: usize = 1024;
 const EDGES: usize = 512;
 
 impl Detector {
+    /// The next look is that of a new step, even if it looks like the last.
+    pub fn forget(&mut self) {
+        self.candidates.forget();
+    }
+
     /// Finds the contacts of one step, ordered by key and place; `sight` adds pairs that do not touch.
     ///
     /// Called again for the same step with other ends it looks at the pairs that were near the first time, as long as no end
@@ -108,8 +113,9 @@ impl Detector {
             self.edges.extend((0..(next - first).saturating_sub(1)).map(|edge| (s as u32, edge)));
         }
         let edges = &self.edges;
+        let scene = Scene { strands, sight, edges, settings };
         let looked = if settings.strand_strand && !edges.is_empty() {
-            self.candidates.near(Scene { strands, sight, edges, settings })?
+            self.candidates.near(scene)?
         } else {
             self.candidates.forget();
             Looked { pairs: &[], moved: None }
@@ -128,7 +134,7 @@ impl Detector {
                     let [i, j] = pair.map(|i| i as usize);
                     if looked.moved.is_some_and(|moved| !moved[i] && !moved[j]) {
                         out.extend(known.copied());
-                    } else if let Some(c) = strand_pair(strands, sight, edges[i], edges[j], settings) {
+                    } else if let Some(c) = strand_pair(scene, edges[i], edges[j]) {
                         out.push((*pair, c));
                     }
                 }
@@ -146,9 +152,7 @@ impl Detector {
                 .map(|chunk| {
                     let mut out = Vec::new();
                     for e in &edges[chunk * EDGES..((chunk + 1) * EDGES).min(edges.len())] {
-                        for (index, solid) in solids.iter().enumerate() {
-                            strand_solid(strands, sight, *e, index, *solid, settings, &mut out);
-                        }
+                        strand_solids(scene, *e, solids, &mut out);
                     }
                     out
                 })
@@ -169,21 +173,11 @@ fn capsule(strands: &Strands<'_>, (strand, edge): (u32, u32)) -> (Capsule, f64, 
     ([[strands.start[v], strands.start[v + 1]], [strands.end[v], strands.end[v + 1]]], strands.radius[v], v)
 }
 
-fn strand_pair(
-    strands: &Strands<'_>,
-    sight: Option<&Sight<'_>>,
-    i: (u32, u32),
-    j: (u32, u32),
-    settings: &DetectionSettings,
-) -> Option<Contact> {
+fn strand_pair(scene: Scene<'_>, i: (u32, u32), j: (u32, u32)) -> Option<Contact> {
+    let Scene { strands, settings, .. } = scene;
     let (a, ra, va) = capsule(strands, i);
     let (b, rb, vb) = capsule(strands, j);
-    let seen = sight.map_or(0.0, |sight| sight.reach[va] + sight.reach[vb]);
-    let is_near = |gap: f64| {
-        near_by_proximity(strands, (va, vb), gap, settings)
-            || sight.is_some_and(|sight| gap <= seen && (sight.matters)(i, j, gap))
-    };
-    let c = pair_contact_where(&a, &b, ra + rb, is_near, settings.continuous)?;
+    let c = pair_contact_where(&a, &b, ra + rb, |gap| scene.is_near(i, j, gap), settings.continuous)?;
     if i.0 == j.0 {
         // arc length between the two places
         let (lo, hi, s_lo, s_hi) = if va < vb { (va, vb, c.alpha, c.beta) } else { (vb, va, c.beta, c.alpha) };
@@ -191,7 +185,7 @@ fn strand_pair(
             let d = crate::block::sub(&strands.start[v + 1], &strands.start[v]);
             crate::block::norm_squared(&d).sqrt()
         };
-        let limit = settings.self_exclusion * (ra + rb + seen);
+        let limit = settings.self_exclusion * (ra + rb + (scene.seen(va) + scene.seen(vb)));
         let mut arc = (1.0 - s_lo) * length(lo) + s_hi * length(hi);
         for v in lo + 1..hi {
             if arc > limit {
@@ -215,39 +209,32 @@ fn strand_pair(
     })
 }
 
-fn strand_solid(
-    strands: &Strands<'_>,
-    sight: Option<&Sight<'_>>,
-    e: (u32, u32),
-    index: usize,
-    solid: &dyn SolidField,
-    settings: &DetectionSettings,
-    out: &mut Vec<Contact>,
-) {
+fn strand_solids(scene: Scene<'_>, e: (u32, u32), solids: &[&dyn SolidField], out: &mut Vec<Contact>) {
+    let Scene { strands, settings, .. } = scene;
     let (a, radius, v) = capsule(strands, e);
-    let near = settings.proximity * radius + sight.map_or(0.0, |sight| sight.reach[v]);
-    if let Some((lo, hi)) = solid.bounds() {
-        let ends = if settings.continuous { &a[..] } else { &a[..1] };
-        let mut bounds = Aabb::EMPTY;
-        ends.iter().flatten().for_each(|x| bounds.include(&(*x).into()));
-        let bounds = bounds.inflated(radius + near);
-        if (0..3).any(|c| bounds.min[c] > hi[c] || bounds.max[c] < lo[c]) {
-            return;
-        }
-    }
+    let near = settings.proximity * radius + scene.seen(v);
+    let ends = if settings.continuous { &a[..] } else { &a[..1] };
+    let mut bounds = Aabb::EMPTY;
+    ends.iter().flatten().for_each(|x| bounds.include(&(*x).into()));
+    let bounds = bounds.inflated(radius + near);
     let last = v + 2 == strands.first_vertex[e.0 as usize + 1] as usize;
-    surface_contacts(&a, radius, solid, near, settings.continuous, last, |c| {
-        out.push(Contact {
-            key: ContactKey { a: e, b: (SOLID, index as u32) },
-            alpha: c.alpha,
-            beta: 0.0,
-            normal: c.normal,
-            gap: c.gap,
-            solid_velocity: c.velocity,
-            time: c.time,
-            twin: false,
+    for (index, solid) in solids.iter().enumerate() {
+        if solid.bounds().is_some_and(|(lo, hi)| (0..3).any(|c| bounds.min[c] > hi[c] || bounds.max[c] < lo[c])) {
+            continue;
+        }
+        surface_contacts(&a, radius, *solid, near, settings.continuous, last, |c| {
+            out.push(Contact {
+                key: ContactKey { a: e, b: (SOLID, index as u32) },
+                alpha: c.alpha,
+                beta: 0.0,
+                normal: c.normal,
+                gap: c.gap,
+                solid_velocity: c.velocity,
+                time: c.time,
+                twin: false,
+            });
         });
-    });
+    }
 }
 
 /// Part of an edge within which two contacts of the same two strands are at the same place.

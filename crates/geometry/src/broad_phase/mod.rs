@@ -12,7 +12,7 @@ mod segments;
 
 pub use boxes::BoxGrid;
 pub use points::PointGrid;
-pub use segments::{Nearness, SegmentGrid, SegmentMotion, largest_relative_motion};
+pub use segments::{Nearness, SegmentGrid, SegmentMotion, Segments, largest_relative_motion};
 
 use thiserror::Error;
 

@@ -66,6 +66,18 @@ impl Sketch {
     }
 }
 
+/// Segments, at rest or moving.
+#[derive(Clone, Copy, Debug)]
+pub struct Segments<'a> {
+    /// Both ends [m].
+    pub ends: &'a [[Vector3; 2]],
+    /// Radius of each segment, with whatever margin is wanted [m], not negative.
+    pub reach: &'a [f64],
+    /// Where they move. Two can meet on the way if their distance is at most their reaches and the largest relative
+    /// displacement of two ends.
+    pub motion: Option<SegmentMotion<'a>>,
+}
+
 /// Where segments move.
 #[derive(Clone, Copy, Debug)]
 pub struct SegmentMotion<'a> {
@@ -85,40 +97,32 @@ pub struct Nearness {
 }
 
 impl SegmentGrid {
-    /// All pairs `[i, j]`, `i < j`, of segments whose distance is at most `reach[i] + reach[j]` \[m\], or that can come within the
+    /// All pairs `[i, j]`, `i < j`, of segments whose distance is at most the sum of their reaches, or that can come within the
     /// reaches of their motion, and for which `keep(i, j, nearness)` holds, in ascending order, whatever the number of threads.
-    ///
-    /// - `segments`: both ends [m]
-    /// - `reach`: radius of each segment, with whatever margin is wanted [m], not negative
-    /// - `motion`: where they move; two segments can meet on the way if their distance is at most their reaches and the largest
-    ///   relative displacement of two ends
     ///
     /// # Errors
     /// [`BroadPhaseError`] names the first segment that is not finite.
     ///
     /// # Panics
-    /// If `reach` or the motion is shorter than `segments`.
+    /// If reaches or the motion are shorter than the list of segments.
     pub fn near_pairs(
         &mut self,
-        segments: &[[Vector3; 2]],
-        reach: &[f64],
-        motion: Option<SegmentMotion<'_>>,
+        segments: Segments<'_>,
         keep: impl Fn(u32, u32, Nearness) -> bool + Sync,
         pairs: &mut Vec<[u32; 2]>,
     ) -> Result<(), BroadPhaseError> {
-        let n = segments.len();
-        assert!(reach.len() >= n, "one reach per segment");
-        assert!(motion.is_none_or(|m| m.ends.len() >= n && m.reach.len() >= n), "one motion per segment");
-        self.turn = prevailing(segments);
+        let n = segments.ends.len();
+        assert!(segments.reach.len() >= n, "one reach per segment");
+        assert!(segments.motion.is_none_or(|m| m.ends.len() >= n && m.reach.len() >= n), "one motion per segment");
+        self.turn = prevailing(segments.ends);
         self.stale.clear();
         self.boxes.clear();
-        self.boxes.extend((0..n).map(|i| around(&self.turn, &segments[i], reach[i], motion_of(motion, i))));
+        self.boxes.extend((0..n).map(|i| segments.bounds(&self.turn, i)));
         self.sketches.clear();
-        self.sketches.extend((0..n).map(|i| Sketch::of(&segments[i], reach[i], motion_of(motion, i))));
+        self.sketches.extend((0..n).map(|i| segments.sketch(i)));
         self.grid.build(&self.boxes)?;
         let sketches = &self.sketches;
-        let near =
-            |i: u32, j: u32| are_near(sketches, segments, reach, motion, [i, j]).is_some_and(|near| keep(i, j, near));
+        let near = |i: u32, j: u32| segments.nearness(sketches, [i, j]).is_some_and(|near| keep(i, j, near));
         self.grid.overlapping_pairs_where(near, pairs);
         Ok(())
     }
@@ -134,16 +138,14 @@ impl SegmentGrid {
     pub fn update(
         &mut self,
         changed: &[u32],
-        segments: &[[Vector3; 2]],
-        reach: &[f64],
-        motion: Option<SegmentMotion<'_>>,
+        segments: Segments<'_>,
         keep: impl Fn(u32, u32, Nearness) -> bool + Sync,
         pairs: &mut Vec<[u32; 2]>,
     ) -> Result<(), BroadPhaseError> {
-        assert_eq!(segments.len(), self.boxes.len(), "the segments of the grid");
+        assert_eq!(segments.ends.len(), self.boxes.len(), "the segments of the grid");
         for i in changed.iter().map(|i| *i as usize) {
-            self.boxes[i] = around(&self.turn, &segments[i], reach[i], motion_of(motion, i));
-            self.sketches[i] = Sketch::of(&segments[i], reach[i], motion_of(motion, i));
+            self.boxes[i] = segments.bounds(&self.turn, i);
+            self.sketches[i] = segments.sketch(i);
             if !self.boxes[i].is_valid() {
                 return Err(BroadPhaseError::NotFinite { index: i });
             }
@@ -159,7 +161,7 @@ impl SegmentGrid {
                 let own = &boxes[*i as usize];
                 let mut visit = |j: u32| {
                     let pair = [*i.min(&j), *i.max(&j)];
-                    let near = || are_near(sketches, segments, reach, motion, pair);
+                    let near = || segments.nearness(sketches, pair);
                     if j != *i
                         && boxes[j as usize].overlaps(own)
                         && near().is_some_and(|near| keep(pair[0], pair[1], near))
@@ -184,43 +186,43 @@ impl SegmentGrid {
     }
 }
 
-fn motion_of(motion: Option<SegmentMotion<'_>>, i: usize) -> Option<(&[Vector3; 2], f64)> {
-    motion.map(|m| (&m.ends[i], m.reach[i]))
-}
-
-/// The box around a segment and its motion in turned axes.
-fn around(turn: &Rotation3<f64>, segment: &[Vector3; 2], reach: f64, motion: Option<(&[Vector3; 2], f64)>) -> Aabb {
-    let one = |[a, b]: &[Vector3; 2], reach: f64| {
-        // Turning rounds: a few units in the last place more keep touching pairs.
-        let slack = 1e-14 * (a.amax() + b.amax());
-        Aabb::around_segment(&(turn * a), &(turn * b), reach + slack)
-    };
-    match motion {
-        Some((end, moving)) => one(segment, reach.max(moving)).merge(&one(end, moving)),
-        None => one(segment, reach),
+impl Segments<'_> {
+    fn motion_of(&self, i: usize) -> Option<(&[Vector3; 2], f64)> {
+        self.motion.map(|m| (&m.ends[i], m.reach[i]))
     }
-}
 
-/// How two segments lie, where they are near.
-fn are_near(
-    sketches: &[Sketch],
-    segments: &[[Vector3; 2]],
-    reach: &[f64],
-    motion: Option<SegmentMotion<'_>>,
-    pair: [u32; 2],
-) -> Option<Nearness> {
-    let [i, j] = pair.map(|i| i as usize);
-    if sketches[i].is_far_from(&sketches[j]) {
-        return None;
+    /// The box around a segment and its motion in turned axes.
+    fn bounds(&self, turn: &Rotation3<f64>, i: usize) -> Aabb {
+        let around = |[a, b]: &[Vector3; 2], reach: f64| {
+            // Turning rounds: a few units in the last place more keep touching pairs.
+            let slack = 1e-14 * (a.amax() + b.amax());
+            Aabb::around_segment(&(turn * a), &(turn * b), reach + slack)
+        };
+        let (still, reach) = (&self.ends[i], self.reach[i]);
+        self.motion_of(i)
+            .map_or(around(still, reach), |(end, moving)| around(still, reach.max(moving)).merge(&around(end, moving)))
     }
-    let (a, b) = (&segments[i], &segments[j]);
-    let squared = segment_segment(&a[0], &a[1], &b[0], &b[1]).separation.norm_squared();
-    let within = |limit: f64| squared <= limit * limit;
-    let may_meet = motion.is_some_and(|m| {
-        let reach = m.reach[i] + m.reach[j];
-        within(reach) || within(reach + largest_relative_motion(&[*a, m.ends[i]], &[*b, m.ends[j]]))
-    });
-    (may_meet || within(reach[i] + reach[j])).then(|| Nearness { distance: squared.sqrt(), may_meet })
+
+    fn sketch(&self, i: usize) -> Sketch {
+        Sketch::of(&self.ends[i], self.reach[i], self.motion_of(i))
+    }
+
+    /// How two segments lie, where they are near.
+    fn nearness(&self, sketches: &[Sketch], pair: [u32; 2]) -> Option<Nearness> {
+        let [i, j] = pair.map(|i| i as usize);
+        if sketches[i].is_far_from(&sketches[j]) {
+            return None;
+        }
+        let (a, b) = (&self.ends[i], &self.ends[j]);
+        let squared = segment_segment(&a[0], &a[1], &b[0], &b[1]).separation.norm_squared();
+        let within = |limit: f64| squared <= limit * limit;
+        let may_meet = self.motion.is_some_and(|m| {
+            let reach = m.reach[i] + m.reach[j];
+            within(reach) || within(reach + largest_relative_motion(&[*a, m.ends[i]], &[*b, m.ends[j]]))
+        });
+        let near = may_meet || within(self.reach[i] + self.reach[j]);
+        near.then(|| Nearness { distance: squared.sqrt(), may_meet })
+    }
 }
 
 /// The largest displacement of an end of one segment against an end of the other, each given at the start and at the end of
@@ -275,7 +277,7 @@ mod tests {
             let reach: Vec<f64> = (0..segments.len()).map(|i| size * (1.0 + (i % 3) as f64)).collect();
             let keep = |i: u32, j: u32, _: Nearness| j != i + 1;
             let mut pairs = Vec::new();
-            SegmentGrid::default().near_pairs(&segments, &reach, None, keep, &mut pairs).unwrap();
+            SegmentGrid::default().near_pairs(Segments { ends: &segments, reach: &reach, motion: None }, keep, &mut pairs).unwrap();
             let n = segments.len() as u32;
             let expected: Vec<[u32; 2]> = (0..n).flat_map(|i| (i + 2..n).map(move |j| [i, j])).filter(|&[i, j]| {
                 let (a, b) = (&segments[i as usize], &segments[j as usize]);
@@ -298,9 +300,10 @@ mod tests {
                 .map(|(i, [a, b])| [a + noise(i, 100.0) * speed, b + noise(i, 200.0) * speed]).collect();
             let reach = vec![0.1; segments.len()];
             let mut pairs = Vec::new();
-            let motion = SegmentMotion { ends: &moved, reach: &reach };
+            let motion = Some(SegmentMotion { ends: &moved, reach: &reach });
             let keep = |_, _, near: Nearness| near.may_meet;
-            SegmentGrid::default().near_pairs(&segments, &reach, Some(motion), keep, &mut pairs).unwrap();
+            let moving = Segments { ends: &segments, reach: &reach, motion };
+            SegmentGrid::default().near_pairs(moving, keep, &mut pairs).unwrap();
             let at = |i: u32, t: f64| [0, 1].map(|k| segments[i as usize][k].lerp(&moved[i as usize][k], t));
             for i in 0..segments.len() as u32 {
                 for j in i + 1..segments.len() as u32 {
@@ -326,17 +329,18 @@ mod tests {
         let (mut grid, mut pairs, mut fresh) = (SegmentGrid::default(), Vec::new(), Vec::new());
         let keep = |i: u32, j: u32, _: Nearness| !(i + j).is_multiple_of(7);
         let still = vec![0.03; 200];
-        grid.near_pairs(&segments, &still, Some(SegmentMotion { ends: &ends, reach: &reach }), keep, &mut pairs)
-            .unwrap();
+        let motion = Some(SegmentMotion { ends: &ends, reach: &reach });
+        grid.near_pairs(Segments { ends: &segments, reach: &still, motion }, keep, &mut pairs).unwrap();
         let before = pairs.len();
         for changed in [vec![3, 50, 51, 120], vec![4, 50, 199], vec![]] {
             for i in changed.iter().map(|i| *i as usize) {
                 ends[i] = [at(i, 1.0), at(i, 1.2)];
                 reach[i] = 0.1;
             }
-            let motion = SegmentMotion { ends: &ends, reach: &reach };
-            grid.update(&changed, &segments, &still, Some(motion), keep, &mut pairs).unwrap();
-            SegmentGrid::default().near_pairs(&segments, &still, Some(motion), keep, &mut fresh).unwrap();
+            let motion = Some(SegmentMotion { ends: &ends, reach: &reach });
+            let moving = Segments { ends: &segments, reach: &still, motion };
+            grid.update(&changed, moving, keep, &mut pairs).unwrap();
+            SegmentGrid::default().near_pairs(moving, keep, &mut fresh).unwrap();
             assert_eq!(pairs, fresh);
         }
         assert!(pairs.len() > before + 20, "{} {before}", pairs.len());
@@ -346,8 +350,8 @@ mod tests {
     fn segments_that_are_not_finite_are_named() {
         let good = [Vector3::zeros(), Vector3::x()];
         let bad = [Vector3::zeros(), Vector3::new(f64::NAN, 0.0, 0.0)];
-        let outcome =
-            SegmentGrid::default().near_pairs(&[good, bad], &[0.1, 0.1], None, |_, _, _| true, &mut Vec::new());
+        let segments = Segments { ends: &[good, bad], reach: &[0.1, 0.1], motion: None };
+        let outcome = SegmentGrid::default().near_pairs(segments, |_, _, _| true, &mut Vec::new());
         assert_eq!(outcome, Err(BroadPhaseError::NotFinite { index: 1 }));
     }
 }

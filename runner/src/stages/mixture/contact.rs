@@ -28,7 +28,6 @@ use numerics::lanes::F4;
 use rods::{RodSet, RodStepper, StrandInverse};
 use surface_flow::FilmState;
 
-use super::rejection;
 use crate::stages::Step;
 use crate::system::{Rejection, RejectionReason};
 use crate::world::World;
@@ -171,10 +170,7 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
             return Err(Rejection { stage: "mixture", reason: RejectionReason::TooLargeMotion, element: None, detail });
         }
         let nonlinear = !last && (round + 1 < contact.relinearisations || turn > TRUE_TURN);
-        let given = std::mem::take(&mut contact.lists.per_vertex);
-        let done = if nonlinear { stepper.resolve(rods, &given) } else { stepper.correct(rods, &given) };
-        contact.lists.per_vertex = given;
-        let report = done.map_err(|error| rejection(&error))?;
+        let report = contact.give_to_rods(rods, stepper, nonlinear)?;
         strands.report.halvings += report.halvings;
         contact.lists.impulses = whole;
         contact.lists.states = solution.states;
@@ -183,9 +179,8 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         corrected.extend_from_slice(&touched);
 
         let moved = contact.follow(rods, stepper);
-        let unseen = contact.unseen();
         let woken = contact.wake(&surroundings, round + 1);
-        let grown = moved > unseen && contact.look(rods, stepper, &surroundings, round + 1)?;
+        let grown = moved > contact.unseen() && contact.look(rods, stepper, &surroundings, round + 1)?;
         let grown = contact.part_crossed() || grown;
         if !woken && !grown && !nonlinear {
             if exact {
@@ -416,7 +411,7 @@ impl ContactWorld {
     fn release(&mut self, solids: &[&dyn SolidField], tau: f64) {
         let (mut kept, solved) = (0, self.lists.solved);
         for i in 0..self.lists.active.len() {
-            if let Some(bridge) = self.is_loose(i, solids, tau) {
+            if let Some(bridge) = self.loosened(i, solids, tau) {
                 let lists = &mut self.lists;
                 lists.loose.push(bridge);
                 lists.solved -= usize::from(i < solved);

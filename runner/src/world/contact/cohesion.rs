@@ -36,6 +36,12 @@ pub struct Wetness {
 }
 
 impl Wetness {
+    /// Decides, unless it is decided, whether the sides draw near: with normal velocity `free` without impulses [m/s] and what
+    /// an impulse changes it by, `mobility` \[1/kg\], in a step of `tau` seconds.
+    pub fn decide(&mut self, free: f64, mobility: f64, tau: f64) -> bool {
+        *self.draws_near.get_or_insert(free - mobility * tau * self.towards < 0.0)
+    }
+
     /// What the bridge pulls with at most in a step of `tau` seconds [N s], once it is known whether the sides draw near.
     #[must_use]
     pub fn bound(&self, tau: f64) -> f64 {

@@ -21,9 +21,9 @@ use rods::RodSet;
 use surface_flow::{FilmState, film_height};
 
 use super::{Setting, motion};
-use crate::world::contact::ContactWorld;
 use crate::world::contact::cohesion::{CohesionWorld, Wetness};
 use crate::world::contact::memory::{ContactMemory, Place};
+use crate::world::contact::{ContactWorld, Lists};
 
 /// At the end of a strand no bridge where the normal comes within 30° of it: pulling lengthwise it is no cylinder.
 const STEEPEST: f64 = 0.866_025_403_784_438_6;
@@ -89,21 +89,18 @@ impl ContactWorld {
         let problem = &mut system.problem;
         let mut bounds = vec![0.0; problem.len()];
         for (k, bound) in bounds.iter_mut().enumerate() {
-            let wet = self.lists.wet[k];
+            let Lists { active, wet, yielding, .. } = &self.lists;
+            let (c, mut wet, yielding) = (active[k], wet[k], yielding[k]);
             if !wet.bridged {
                 continue;
             }
-            let c = self.lists.active[k];
-            if c.gap <= 0.0 {
-                *bound = wet.bound(setting.tau);
-                continue;
-            }
-            let gap = motion::gap_velocity(&c, self.lists.yielding[k], &self.lists, &self.first_vertex, rods, setting);
-            let free = problem.free_velocity[k][0] - gap;
-            let pulled = free - problem.delassus.diagonal(k)[0] * setting.tau * wet.towards;
-            let wet = &mut self.lists.wet[k];
-            if !*wet.draws_near.get_or_insert(pulled < 0.0) {
-                problem.free_velocity[k][0] = free;
+            if c.gap > 0.0 {
+                let gap = motion::gap_velocity(&c, yielding, &self.lists, &self.first_vertex, rods, setting);
+                let free = problem.free_velocity[k][0] - gap;
+                if !wet.decide(free, problem.delassus.diagonal(k)[0], setting.tau) {
+                    problem.free_velocity[k][0] = free;
+                }
+                self.lists.wet[k] = wet;
             }
             *bound = wet.bound(setting.tau);
         }

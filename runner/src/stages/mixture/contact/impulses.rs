@@ -4,11 +4,13 @@ use ::contact::block::Vec3;
 use ::contact::detection::Contact;
 use ::contact::law::ContactState;
 use nalgebra::Vector3;
-use rods::{RodSet, RodStepper};
+use rods::{RodReport, RodSet, RodStepper};
 
 use super::Inverses;
 
 use crate::stages::Step;
+use crate::stages::mixture::rejection;
+use crate::system::Rejection;
 use crate::world::Reaction;
 use crate::world::contact::record::world_impulse;
 use crate::world::contact::{ContactWorld, Lists};
@@ -33,6 +35,18 @@ impl ContactWorld {
         for bridge in &loose[from..] {
             give(per_vertex, &self.first_vertex, &bridge.contact, &bridge.impulse());
         }
+    }
+
+    /// Gives the rods what was handed over, by the linear step or by solving them anew.
+    pub(super) fn give_to_rods(
+        &self,
+        rods: &RodSet,
+        stepper: &mut RodStepper,
+        nonlinear: bool,
+    ) -> Result<RodReport, Rejection> {
+        let given = &self.lists.per_vertex;
+        let done = if nonlinear { stepper.resolve(rods, given) } else { stepper.correct(rods, given) };
+        done.map_err(|error| rejection(&error))
     }
 
     /// Largest turn of an edge by the impulses just handed over, as the linearised rods give it [rad].

@@ -2,8 +2,9 @@
 //!
 //! A bridge over an open gap pulls with a force that is known beforehand, as long as the strands neither close the gap nor, where
 //! they hang or part, come nearer. Among wet hairs nearly all bridges do no more. They have no part in the contact problem,
-//! which would grow with the square of their number; nor has a second bridge at the place of another. Their pull is given to the rods before it is posed, and only where that
-//! or the impulses of others bring two sides too near does a bridge become a contact.
+//! which would grow with the square of their number; nor has a second bridge at the place of another. Their pull is given to
+//! the rods before the problem is posed, and only where that or the impulses of others bring two sides too near does a bridge
+//! become a contact.
 
 use ::contact::assembly::{PosedContact, normal_mobilities};
 use ::contact::detection::SolidField;
@@ -11,7 +12,6 @@ use nalgebra::Vector3;
 use rods::{RodSet, RodStepper};
 
 use super::{Inverses, LOOSE, STRIDE, Setting, TRUE_TURN, motion, no_number};
-use crate::stages::mixture::rejection;
 use crate::system::Rejection;
 use crate::world::contact::memory::{ContactMemory, Place};
 use crate::world::contact::{ContactWorld, Lists, LooseBridge};
@@ -44,38 +44,34 @@ impl ContactWorld {
         let posed: Vec<PosedContact> =
             self.lists.loose[from..].iter().map(|bridge| bridge.contact.posed(0.0, 0.0, STRIDE)).collect();
         let mobilities = normal_mobilities(&posed, &inverses, rods.strand_count()).map_err(no_number)?;
-        self.read_velocities(rods, stepper);
+        stepper.velocities_into(rods, &mut self.lists.vectors);
         let Lists { loose, vectors: velocity, .. } = &mut self.lists;
         for (bridge, mobility) in loose[from..].iter_mut().zip(mobilities) {
             let (c, wet) = (&bridge.contact, &mut bridge.wet);
             let relative = motion::relative(c, &self.first_vertex, |v| velocity[v]) - Vector3::from(c.solid_velocity);
             let free = Vector3::from(c.normal).dot(&relative);
-            wet.draws_near = Some(free - mobility * setting.tau * wet.towards < 0.0);
+            wet.decide(free, mobility, setting.tau);
             bridge.pull = wet.bound(setting.tau);
         }
         self.hand_over_pulls(rods, from);
         let turn = self.turn(rods, &touched, &inverses, setting.dt);
-        let given = std::mem::take(&mut self.lists.per_vertex);
-        let done = if turn > TRUE_TURN { stepper.resolve(rods, &given) } else { stepper.correct(rods, &given) };
-        self.lists.per_vertex = given;
-        done.map_err(|error| rejection(&error))?;
+        self.give_to_rods(rods, stepper, turn > TRUE_TURN)?;
         Ok(self.follow(rods, stepper))
     }
 
     /// Makes contacts of the bridges whose sides come nearer than `allowed` beyond what the law lets them, and along with them
     /// of those that come as near as `near`. The first time only of those that did not merely pull in the last step: a
-    /// pull that nothing resists moves a light strand by many times its radius. Returns whether there were any.
+    /// pull that nothing resists moves a light strand by many times its radius.
     pub(super) fn tighten(
         &mut self,
         (allowed, near): (f64, f64),
         solids: &[&dyn SolidField],
         memory: Option<&ContactMemory>,
         tau: f64,
-    ) -> bool {
+    ) {
         let mut loose = std::mem::take(&mut self.lists.loose);
         let room: Vec<f64> = loose.iter().map(|bridge| self.room(bridge, solids)).collect();
         let closes = room.iter().any(|room| *room < -allowed);
-        let before = loose.len();
         let mut room = room.into_iter();
         let lists = &mut self.lists;
         loose.retain(|bridge| {
@@ -94,12 +90,11 @@ impl ContactWorld {
             lists.pose_wet(bridge.contact, bridge.wet, bridge.impulse());
             false
         });
-        self.lists.loose = loose;
-        self.lists.loose.len() < before
+        lists.loose = loose;
     }
 
-    /// Whether a posed contact is a bridge that only pulls, and is far from doing otherwise.
-    pub(super) fn is_loose(&self, i: usize, solids: &[&dyn SolidField], tau: f64) -> Option<LooseBridge> {
+    /// A posed contact as a loose bridge, if it only pulls and is far from doing otherwise.
+    pub(super) fn loosened(&self, i: usize, solids: &[&dyn SolidField], tau: f64) -> Option<LooseBridge> {
         let lists = &self.lists;
         let (contact, wet, [normal, along, across]) = (lists.active[i], lists.wet[i], lists.impulses[i]);
         let bridge = LooseBridge { contact, wet, pull: -normal };

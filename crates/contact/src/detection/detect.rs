@@ -1,7 +1,7 @@
 //! Broad phase, narrow phase and pruning for a whole scene.
 
 use super::candidates::{Candidates, Looked, Scene};
-use super::pair::{Capsule, pair_contact_where};
+use super::meetings::{Meetings, capsule};
 use super::solids::SolidField;
 use super::strands::{DetectionError, DetectionSettings, Sight, Strands};
 use super::surface::surface_contacts;
@@ -73,12 +73,10 @@ pub struct Detector {
     candidates: Candidates,
     /// Strand and edge of each place.
     edges: Vec<(u32, u32)>,
-    /// What the candidates gave when last looked at.
-    met: Vec<([u32; 2], Contact)>,
+    meetings: Meetings,
 }
 
-/// Pairs, and edges against solids, that one task looks at.
-const CHUNK: usize = 1024;
+/// Edges that one task holds against solids.
 const EDGES: usize = 512;
 
 impl Detector {
@@ -120,30 +118,8 @@ impl Detector {
             self.candidates.forget();
             Looked { pairs: &[], moved: None }
         };
-        let before = &self.met;
-        let met: Vec<Vec<([u32; 2], Contact)>> = looked
-            .pairs
-            .par_chunks(CHUNK)
-            .map(|pairs| {
-                let known = if looked.moved.is_some() { &before[..] } else { &[] };
-                let mut known = known[known.partition_point(|met| met.0 < pairs[0])..].iter().peekable();
-                let mut out = Vec::new();
-                for pair in pairs {
-                    while known.next_if(|met| met.0 < *pair).is_some() {}
-                    let known = known.next_if(|met| met.0 == *pair);
-                    let [i, j] = pair.map(|i| i as usize);
-                    if looked.moved.is_some_and(|moved| !moved[i] && !moved[j]) {
-                        out.extend(known.copied());
-                    } else if let Some(c) = strand_pair(scene, edges[i], edges[j]) {
-                        out.push((*pair, c));
-                    }
-                }
-                out
-            })
-            .collect();
         let candidates = looked.pairs.len();
-        self.met.clear();
-        self.met.extend(met.into_iter().flatten());
+        self.meetings.look(scene, looked);
         let on_solids: Vec<Vec<Contact>> = if solids.is_empty() {
             Vec::new()
         } else {
@@ -158,7 +134,7 @@ impl Detector {
                 })
                 .collect()
         };
-        contacts.extend(self.met.iter().map(|met| met.1));
+        contacts.extend(self.meetings.contacts());
         contacts.extend(on_solids.into_iter().flatten());
         let before = contacts.len();
         prune(contacts, &self.edges, strands, settings.max_per_edge);
@@ -166,47 +142,6 @@ impl Detector {
         let worst_penetration = contacts.iter().map(|c| -c.gap).fold(0.0, f64::max);
         Ok(DetectionReport { candidates, found: before, kept: contacts.len(), worst_penetration })
     }
-}
-
-fn capsule(strands: &Strands<'_>, (strand, edge): (u32, u32)) -> (Capsule, f64, usize) {
-    let v = (strands.first_vertex[strand as usize] + edge) as usize;
-    ([[strands.start[v], strands.start[v + 1]], [strands.end[v], strands.end[v + 1]]], strands.radius[v], v)
-}
-
-fn strand_pair(scene: Scene<'_>, i: (u32, u32), j: (u32, u32)) -> Option<Contact> {
-    let Scene { strands, settings, .. } = scene;
-    let (a, ra, va) = capsule(strands, i);
-    let (b, rb, vb) = capsule(strands, j);
-    let c = pair_contact_where(&a, &b, ra + rb, |gap| scene.is_near(i, j, gap), settings.continuous)?;
-    if i.0 == j.0 {
-        // arc length between the two places
-        let (lo, hi, s_lo, s_hi) = if va < vb { (va, vb, c.alpha, c.beta) } else { (vb, va, c.beta, c.alpha) };
-        let length = |v: usize| {
-            let d = crate::block::sub(&strands.start[v + 1], &strands.start[v]);
-            crate::block::norm_squared(&d).sqrt()
-        };
-        let limit = settings.self_exclusion * (ra + rb + (scene.seen(va) + scene.seen(vb)));
-        let mut arc = (1.0 - s_lo) * length(lo) + s_hi * length(hi);
-        for v in lo + 1..hi {
-            if arc > limit {
-                break;
-            }
-            arc += length(v);
-        }
-        if arc <= limit {
-            return None;
-        }
-    }
-    Some(Contact {
-        key: ContactKey { a: i, b: j },
-        alpha: c.alpha,
-        beta: c.beta,
-        normal: c.normal,
-        gap: c.gap,
-        solid_velocity: [0.0; 3],
-        time: c.time,
-        twin: false,
-    })
 }
 
 fn strand_solids(scene: Scene<'_>, e: (u32, u32), solids: &[&dyn SolidField], out: &mut Vec<Contact>) {

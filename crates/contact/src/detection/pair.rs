@@ -45,34 +45,58 @@ pub fn pair_contact(
     proximity: f64,
     continuous: bool,
 ) -> Option<PairContact> {
-    pair_contact_where(a, b, reach, |gap| gap <= proximity, continuous)
+    match meeting(a, b, reach, |gap| gap <= proximity, continuous) {
+        Meeting::Near(contact) => contact,
+        Meeting::OnTheWay(contact, _) => Some(contact),
+        Meeting::Apart(_) => None,
+    }
 }
 
-/// The same where `is_near` decides which gap at the start counts as near.
-pub(super) fn pair_contact_where(
+/// How two capsules stand to each other over a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Meeting {
+    /// Near or overlapping at the start; no contact where neither place nor motion gives it a normal.
+    Near(Option<PairContact>),
+    /// Apart at the start by this gap \[m\], and meeting on the way.
+    OnTheWay(PairContact, f64),
+    /// Apart at the start by this gap \[m\], and staying so.
+    Apart(f64),
+}
+
+/// Whether capsules that are apart at the start by `gap` move too little to meet.
+#[inline]
+pub(super) fn stay_apart(a: &Capsule, b: &Capsule, gap: f64) -> bool {
+    gap > speed(a, b)
+}
+
+/// Largest displacement of a point of one against a point of the other: a convex combination of those of the ends.
+#[inline]
+fn speed(a: &Capsule, b: &Capsule) -> f64 {
+    let whole = |edge: &Capsule| edge.map(|ends| ends.map(Vector3::from));
+    largest_relative_motion(&whole(a), &whole(b))
+}
+
+/// Finds where two capsules meet; `is_near` decides which gap at the start counts as near.
+pub(super) fn meeting(
     a: &Capsule,
     b: &Capsule,
     reach: f64,
     is_near: impl FnOnce(f64) -> bool,
     continuous: bool,
-) -> Option<PairContact> {
+) -> Meeting {
     let (a0, b0) = (at(a, 0.0), at(b, 0.0));
     let now = segment_segment(&a0[0], &a0[1], &b0[0], &b0[1]);
     let distance = now.separation.norm();
-    if is_near(distance - reach) {
-        let normal = direction(&now.separation, a, b, 0.0)?;
+    let gap = distance - reach;
+    if is_near(gap) {
         // along the chosen normal, so that edges through each other keep a consistent sign
-        return Some(PairContact { alpha: now.s, beta: now.t, normal, gap: distance - reach, time: 0.0 });
+        let contact = |normal| PairContact { alpha: now.s, beta: now.t, normal, gap, time: 0.0 };
+        return Meeting::Near(direction(&now.separation, a, b, 0.0).map(contact));
     }
-    if !continuous {
-        return None;
+    if !continuous || stay_apart(a, b, gap) {
+        return Meeting::Apart(gap);
     }
-    let whole = |edge: &Capsule| edge.map(|ends| ends.map(Vector3::from));
-    let speed = largest_relative_motion(&whole(a), &whole(b));
-    // the relative displacement of any two points is a convex combination of those of the ends
-    if distance - reach > speed {
-        return None;
-    }
+    let speed = speed(a, b);
     let tolerance = 1e-3 * reach.max(1e-300);
     let mut t = 0.0;
     let mut d = distance;
@@ -81,7 +105,7 @@ pub(super) fn pair_contact_where(
         let step = (d - reach) / speed;
         t += step;
         if !(t <= 1.0) {
-            return None;
+            return Meeting::Apart(gap);
         }
         let (pa, pb) = (at(a, t), at(b, t));
         let last = segment_segment(&pa[0], &pa[1], &pb[0], &pb[1]);
@@ -95,10 +119,11 @@ pub(super) fn pair_contact_where(
         }
     }
     let (last, t) = (nearest.1, meet);
-    let normal = direction(&last.separation, a, b, t)?;
+    let Some(normal) = direction(&last.separation, a, b, t) else { return Meeting::Apart(gap) };
     let point = |e: &Capsule, s: f64| [0, 1, 2].map(|c| e[0][0][c] + s * (e[0][1][c] - e[0][0][c]));
     let start = sub(&point(a, last.s), &point(b, last.t));
-    Some(PairContact { alpha: last.s, beta: last.t, normal, gap: dot(&normal, &start) - reach, time: t })
+    let contact = PairContact { alpha: last.s, beta: last.t, normal, gap: dot(&normal, &start) - reach, time: t };
+    Meeting::OnTheWay(contact, gap)
 }
 
 /// Normal from the separation (first to second), or from the edge directions where the axes cross.

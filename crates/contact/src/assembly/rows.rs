@@ -3,6 +3,7 @@
 use super::share::Share;
 use crate::block::{Block, ZERO};
 use crate::problem::BlockMatrix;
+use crate::problem::block_matrix::{RowTask, row_tasks};
 use rayon::prelude::*;
 
 /// A strand in contact: who touches it, in order, and the blocks between them.
@@ -32,26 +33,16 @@ pub(super) fn rows(standing: &[Standing], busy: &[Busy]) -> BlockMatrix {
         .collect();
     let mut row_start = Vec::with_capacity(standing.len() + 1);
     row_start.push(0);
-    for length in lengths {
+    for length in &lengths {
         row_start.push(row_start[row_start.len() - 1] + length);
     }
     let stored = row_start[standing.len()];
     let mut columns = vec![0u32; stored];
     let mut blocks: Vec<Block> = vec![ZERO; stored];
-    let mut tasks = Vec::with_capacity(standing.len().div_ceil(ROWS));
-    let (mut columns_left, mut blocks_left) = (&mut columns[..], &mut blocks[..]);
-    for (chunk, rows) in standing.chunks(ROWS).enumerate() {
-        let first = chunk * ROWS;
-        let length = row_start[first + rows.len()] - row_start[first];
-        let (c, rest) = columns_left.split_at_mut(length);
-        columns_left = rest;
-        let (b, rest) = blocks_left.split_at_mut(length);
-        blocks_left = rest;
-        tasks.push((rows, c, b));
-    }
-    tasks.into_par_iter().for_each(|(rows, columns, blocks)| {
+    row_tasks(&lengths, ROWS, &mut columns, &mut blocks).into_par_iter().for_each(|task| {
+        let RowTask { first, rows, columns, blocks } = task;
         let mut at = 0;
-        for [a, b] in rows {
+        for [a, b] in &standing[first..first + rows] {
             let of = |side: &Option<(u32, u32)>, other: usize| {
                 side.map_or(ZERO, |(strand, place)| busy[strand as usize].share.block(place as usize, other))
             };

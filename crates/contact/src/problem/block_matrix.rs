@@ -1,6 +1,10 @@
 //! The Delassus matrix as block-sparse rows of 3×3 blocks.
 
 use crate::block::{Block, Vec3, ZERO, add, mat_vec_add, max_abs, trace, transpose};
+use rayon::prelude::*;
+
+/// Rows that one task multiplies.
+const ROWS: usize = 256;
 
 /// A square block-sparse matrix, rows of 3×3 blocks with ascending columns; every diagonal block is stored.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -126,9 +130,9 @@ impl BlockMatrix {
 
     /// `y = W x + q`.
     pub fn apply(&self, x: &[Vec3], q: &[Vec3], y: &mut [Vec3]) {
-        for i in 0..self.len() {
-            y[i] = add(&q[i], &self.row_product(i, x));
-        }
+        y.par_iter_mut().zip(q).enumerate().with_min_len(ROWS).for_each(|(i, (y, q))| {
+            *y = add(q, &self.row_product(i, x));
+        });
     }
 
     /// `Σ_j W_ij x_j`.
@@ -148,14 +152,7 @@ impl BlockMatrix {
     #[must_use]
     pub fn row_product_sparse(&self, i: usize, x: &[Vec3]) -> Vec3 {
         let (columns, blocks) = self.row(i);
-        let mut s = [0.0; 3];
-        for (j, b) in columns.iter().zip(blocks) {
-            let x = &x[*j as usize];
-            if *x != [0.0; 3] {
-                mat_vec_add(b, x, &mut s);
-            }
-        }
-        s
+        product_sparse(columns, blocks, x)
     }
 
     /// All blocks as `(row, column, block)`.
@@ -195,6 +192,48 @@ impl BlockMatrix {
     pub fn is_finite(&self) -> bool {
         self.blocks.iter().all(|b| b.iter().all(|v| v.is_finite()))
     }
+}
+
+/// Rows that one task writes.
+pub(crate) struct RowTask<'a> {
+    /// Number of the first.
+    pub first: usize,
+    /// How many there are.
+    pub rows: usize,
+    /// Room for their columns and blocks.
+    pub columns: &'a mut [u32],
+    pub blocks: &'a mut [Block],
+}
+
+/// Shares out columns and blocks of rows with these lengths among tasks of `rows` rows.
+pub(crate) fn row_tasks<'a>(
+    lengths: &[usize],
+    rows: usize,
+    mut columns: &'a mut [u32],
+    mut blocks: &'a mut [Block],
+) -> Vec<RowTask<'a>> {
+    let share = |(task, lengths): (usize, &[usize])| {
+        let room = lengths.iter().sum();
+        let (own_columns, rest) = std::mem::take(&mut columns).split_at_mut(room);
+        columns = rest;
+        let (own_blocks, rest) = std::mem::take(&mut blocks).split_at_mut(room);
+        blocks = rest;
+        RowTask { first: task * rows, rows: lengths.len(), columns: own_columns, blocks: own_blocks }
+    };
+    lengths.chunks(rows).enumerate().map(share).collect()
+}
+
+/// `Σ_j B_j x_j` over the columns of a row, without those where `x` is zero.
+#[inline]
+pub(crate) fn product_sparse(columns: &[u32], blocks: &[Block], x: &[Vec3]) -> Vec3 {
+    let mut s = [0.0; 3];
+    for (j, b) in columns.iter().zip(blocks) {
+        let x = &x[*j as usize];
+        if *x != [0.0; 3] {
+            mat_vec_add(b, x, &mut s);
+        }
+    }
+    s
 }
 
 #[cfg(test)]

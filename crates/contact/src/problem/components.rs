@@ -1,7 +1,12 @@
 //! Groups of contacts that do not feel each other: connected components of the block pattern, solved separately.
 
 use super::BlockMatrix;
-use crate::block::{Block, max_abs};
+use super::block_matrix::{RowTask, row_tasks};
+use crate::block::{Block, ZERO, max_abs};
+use rayon::prelude::*;
+
+/// Rows that one task copies.
+const ROWS: usize = 128;
 
 /// Contacts of one group, ascending.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -59,23 +64,50 @@ impl Component {
     /// `u32::MAX` where it is to be left out.
     #[must_use]
     pub fn extract(&self, w: &BlockMatrix, position: &[u32]) -> BlockMatrix {
-        let mut row_start = Vec::with_capacity(self.contacts.len() + 1);
-        let mut columns: Vec<u32> = Vec::new();
-        let mut blocks: Vec<Block> = Vec::new();
-        row_start.push(0);
-        for (local, k) in self.contacts.iter().enumerate() {
-            let (c, b) = w.row(*k as usize);
-            for (j, b) in c.iter().zip(b) {
-                if j == k {
-                    columns.push(local as u32);
-                    blocks.push(*b);
-                } else if position[*j as usize] != u32::MAX && max_abs(b) > 0.0 {
-                    columns.push(position[*j as usize]);
-                    blocks.push(*b);
-                }
+        let place = |j: u32| position[j as usize];
+        // room for blocks of zeros too: they are rare, and to see them is to read the matrix twice
+        let most = |k: &u32| w.row(*k as usize).0.iter().filter(|j| *j == k || place(**j) != u32::MAX).count();
+        let rows: Vec<usize> = self.contacts.par_iter().with_min_len(ROWS).map(most).collect();
+        let stored = rows.iter().sum();
+        let mut columns = vec![0u32; stored];
+        let mut blocks: Vec<Block> = vec![ZERO; stored];
+        let lengths: Vec<(usize, Vec<usize>)> = row_tasks(&rows, ROWS, &mut columns, &mut blocks)
+            .into_par_iter()
+            .map(|RowTask { first, rows, columns, blocks }| {
+                let members = &self.contacts[first..first + rows];
+                let mut at = 0;
+                let mut row = |(local, k): (usize, &u32)| {
+                    let begin = at;
+                    let (c, b) = w.row(*k as usize);
+                    for (j, b) in c.iter().zip(b) {
+                        let place = if j == k { local as u32 } else { place(*j) };
+                        if place != u32::MAX && (j == k || max_abs(b) > 0.0) {
+                            (columns[at], blocks[at]) = (place, *b);
+                            at += 1;
+                        }
+                    }
+                    at - begin
+                };
+                let lengths = (first..).zip(members).map(&mut row).collect();
+                (columns.len(), lengths)
+            })
+            .collect();
+        let (mut row_start, mut read, mut write) = (vec![0], 0, 0);
+        for (room, lengths) in &lengths {
+            let used: usize = lengths.iter().sum();
+            if read != write {
+                columns.copy_within(read..read + used, write);
+                blocks.copy_within(read..read + used, write);
             }
-            row_start.push(columns.len());
+            let mut end = write;
+            row_start.extend(lengths.iter().map(|length| {
+                end += length;
+                end
+            }));
+            (read, write) = (read + room, write + used);
         }
+        columns.truncate(write);
+        blocks.truncate(write);
         BlockMatrix::from_rows(row_start, columns, blocks)
     }
 }
@@ -83,7 +115,7 @@ impl Component {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::block::{IDENTITY, ZERO};
+    use crate::block::IDENTITY;
 
     #[test]
     fn zero_blocks_do_not_connect() {
@@ -98,5 +130,33 @@ mod tests {
         assert_eq!(sub.len(), 2);
         assert_eq!(sub.row(0).0, &[0, 1]);
         assert_eq!(sub.diagonal(1), &IDENTITY);
+    }
+
+    /// What is taken out in parallel is what the definition says, also where blocks of zeros leave holes in the room made for them.
+    #[test]
+    fn a_part_has_the_blocks_of_its_members() {
+        let n = 5 * ROWS as u32 + 17;
+        let mut triplets = Vec::new();
+        for i in 0..n {
+            for j in [i, (7 * i + 3) % n, (i + 1) % n, (i * i) % n] {
+                let size = if (i + j) % 5 == 0 { 0.0 } else { f64::from(i) + 0.01 * f64::from(j) };
+                triplets.push((i, j, IDENTITY.map(|x| size * x)));
+            }
+        }
+        let w = BlockMatrix::from_triplets(n as usize, &triplets);
+        let part = Component { contacts: (0..n).filter(|i| i % 3 != 1).collect() };
+        let mut position = vec![u32::MAX; n as usize];
+        part.contacts.iter().zip(0u32..).for_each(|(k, place)| position[*k as usize] = place);
+        let small = part.extract(&w, &position);
+        assert_eq!(small.len(), part.contacts.len());
+        for (place, k) in part.contacts.iter().enumerate() {
+            let (columns, blocks) = w.row(*k as usize);
+            let kept = columns
+                .iter()
+                .zip(blocks)
+                .filter(|(j, b)| position[**j as usize] != u32::MAX && (*j == k || max_abs(b) > 0.0));
+            let expected: (Vec<u32>, Vec<Block>) = kept.map(|(j, b)| (position[*j as usize], *b)).unzip();
+            assert_eq!(small.row(place), (&expected.0[..], &expected.1[..]));
+        }
     }
 }

@@ -3,6 +3,7 @@
 use super::BlockMatrix;
 use crate::block::{Vec3, norm_squared, trace};
 use crate::law::natural_map;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// How velocity and impulse are brought to one unit in the residual.
@@ -53,6 +54,14 @@ impl ResidualParts {
         self.velocity_squared += rho * rho * norm_squared(u);
     }
 
+    /// Adds what was gathered elsewhere.
+    pub fn merge(&mut self, other: &ResidualParts) {
+        self.map_squared += other.map_squared;
+        self.free_squared += other.free_squared;
+        self.impulse_squared += other.impulse_squared;
+        self.velocity_squared += other.velocity_squared;
+    }
+
     /// Size of the problem, `max(‖ρ q‖, ‖r‖, ‖ρ u‖)`.
     #[must_use]
     pub fn size(&self) -> f64 {
@@ -86,6 +95,9 @@ impl ResidualParts {
 /// Violation of the law relative to the free velocity above which a problem counts as jammed.
 const JAMMED: f64 = 1e-2;
 
+/// Contacts that one task looks at; the sums are taken in this order for any number of threads.
+const CHUNK: usize = 512;
+
 /// Impulses over free velocity (in one unit) above which the size no longer counts.
 const RUNAWAY: f64 = 1e3;
 
@@ -100,11 +112,21 @@ pub fn residual(w: &BlockMatrix, q: &[Vec3], friction: &[f64], r: &[Vec3], scali
 /// The sums behind [`residual`].
 #[must_use]
 pub fn residual_parts(w: &BlockMatrix, q: &[Vec3], friction: &[f64], r: &[Vec3], scaling: Scaling) -> ResidualParts {
-    let mut parts = ResidualParts::default();
-    for k in 0..w.len() {
-        let s = w.row_product_sparse(k, r);
-        let u = [s[0] + q[k][0], s[1] + q[k][1], s[2] + q[k][2]];
-        parts.add(&r[k], &u, &q[k], friction[k], scaling.weight(w, k));
+    let chunk = |begin: usize| {
+        let mut parts = ResidualParts::default();
+        for k in begin..(begin + CHUNK).min(w.len()) {
+            let s = w.row_product_sparse(k, r);
+            let u = [s[0] + q[k][0], s[1] + q[k][1], s[2] + q[k][2]];
+            parts.add(&r[k], &u, &q[k], friction[k], scaling.weight(w, k));
+        }
+        parts
+    };
+    if w.len() <= CHUNK {
+        return chunk(0);
     }
+    let mut parts = ResidualParts::default();
+    let chunks: Vec<ResidualParts> =
+        (0..w.len().div_ceil(CHUNK)).into_par_iter().with_max_len(1).map(|c| chunk(c * CHUNK)).collect();
+    chunks.iter().for_each(|part| parts.merge(part));
     parts
 }

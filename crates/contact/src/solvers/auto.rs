@@ -13,6 +13,7 @@ use crate::local::{LocalContact, LocalMethod};
 use crate::problem::Component;
 use crate::report::Method;
 use numerics::Status;
+use rayon::prelude::*;
 
 /// The automatic choice.
 #[derive(Clone, Copy, Debug)]
@@ -55,6 +56,9 @@ const STILL_THINNING_TENTHS: usize = 9;
 
 /// Share of a group that must be closed for the open ones to be carried along, in tenths.
 const WORTH_LEAVING_TENTHS: usize = 8;
+
+/// Contacts that one task looks at to see whether they close.
+const LOOK: usize = 256;
 
 /// Sweeps after a first Newton attempt that ended short of the tolerance but this much nearer to it.
 const FINISHING_SWEEPS: usize = 200;
@@ -162,12 +166,13 @@ impl Auto {
         let mut thinning = true;
         for round in 0..ROUNDS {
             let before = if round == 0 { n } else { members.len() };
-            for k in 0..n {
-                let closes = || group.w.row_product_sparse(k, r)[0] + group.q[k][0] < 0.0;
+            let seen = &*r;
+            taken.par_iter_mut().enumerate().with_min_len(LOOK).for_each(|(k, taken)| {
+                let closes = || group.w.row_product_sparse(k, seen)[0] + group.q[k][0] < 0.0;
                 // a bilateral contact is never open; one that closes or pulls together is not either
-                let now = group.friction[k] < 0.0 || r[k] != [0.0; 3] || closes();
-                taken[k] = now || taken[k] && !thinning;
-            }
+                let now = group.friction[k] < 0.0 || seen[k] != [0.0; 3] || closes();
+                *taken = now || *taken && !thinning;
+            });
             let last = std::mem::take(&mut members);
             members.extend((0..n as u32).filter(|k| taken[*k as usize]));
             // where nothing is pressed and nothing closes there is nothing to solve apart

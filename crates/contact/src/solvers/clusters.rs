@@ -19,9 +19,10 @@ pub struct Clusters {
 }
 
 impl Clusters {
-    /// Groups each contact with those that feel it by more than `share` of what both feel of themselves, at most `most` together.
+    /// Groups each contact with those that feel it by more than `share` of what both feel of themselves, at most `most` together,
+    /// and none with one of another `slab`.
     #[must_use]
-    pub fn new(w: &BlockMatrix, share: f64, most: usize) -> Clusters {
+    pub fn new(w: &BlockMatrix, share: f64, most: usize, slab: Option<&[u32]>) -> Clusters {
         let n = w.len();
         let mut taken = vec![false; n];
         let mut c =
@@ -37,7 +38,11 @@ impl Clusters {
             for (j, b) in columns.iter().zip(blocks) {
                 let ju = *j as usize;
                 let coupling = b.iter().map(|x| x * x).sum::<f64>();
-                if ju != k && !taken[ju] && coupling > share * share * size[k] * size[ju] / 3.0 {
+                if ju != k
+                    && !taken[ju]
+                    && slab.is_none_or(|slab| slab[ju] == slab[k])
+                    && coupling > share * share * size[k] * size[ju] / 3.0
+                {
                     near.push((coupling / (size[k] * size[ju]), *j));
                 }
             }
@@ -94,7 +99,7 @@ mod tests {
     #[test]
     fn clusters_part_the_contacts() {
         let w = squeezed_bundle(7, 4e-3, 0.02, 0.3).delassus;
-        let clusters = Clusters::new(&w, 0.1, 8);
+        let clusters = Clusters::new(&w, 0.1, 8, None);
         let mut seen = vec![0; w.len()];
         let r: Vec<Vec3> = (0..w.len()).map(|k| [k as f64, 1.0, -0.5 * k as f64]).collect();
         let mut together = 0;

@@ -170,10 +170,12 @@ fn finish(
 ) -> Solution {
     let n = problem.len();
     let (mut parts, mut violation) = (ResidualParts::default(), ResidualParts::default());
-    let mut velocities = vec![[0.0; 3]; n];
-    for k in 0..n {
+    let velocity = |k: usize| {
         let s = problem.delassus.row_product(k, &r);
-        velocities[k] = [s[0] + q[k][0], s[1] + q[k][1], s[2] + q[k][2]];
+        [s[0] + q[k][0], s[1] + q[k][1], s[2] + q[k][2]]
+    };
+    let velocities: Vec<Vec3> = (0..n).into_par_iter().with_min_len(ROWS).map(velocity).collect();
+    for k in 0..n {
         let rho = settings.scaling.weight(&problem.delassus, k);
         parts.add(&r[k], &velocities[k], &q[k], problem.friction[k], rho);
         let own = Scaling::PerContact.weight(&problem.delassus, k);
@@ -231,6 +233,9 @@ fn finish(
         report: ContactReport { solve, groups: outcomes.len(), stages },
     }
 }
+
+/// Velocities that one task computes.
+const ROWS: usize = 256;
 
 /// Impulses over free velocity, in one unit, from which on the contacts of a group are looked at for opposition.
 const LOUD: f64 = 100.0;

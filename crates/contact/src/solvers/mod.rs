@@ -3,6 +3,8 @@
 //! ```text
 //! group        ── what a solver is given: one group of coupled contacts, in shifted impulses
 //! gauss_seidel ── one contact after the other; cheap sweeps, slow where contacts are redundant
+//! sweep        ── one sweep, over every other slab of contacts at once
+//! slabs        ── contacts in layers that feel only the next ones
 //! clusters     ── contacts that feel each other most, which a sweep goes over several times
 //! anderson     ── combines the last sweeps, where chains of contacts make them crawl
 //! ordering     ── minimum-degree elimination order of the contact graph
@@ -25,6 +27,8 @@ pub mod newton;
 pub mod ordering;
 mod part;
 pub mod patches;
+mod slabs;
+mod sweep;
 
 pub use drive::{Solution, solve, solve_with};
 pub use group::{Group, GroupOutcome, GroupSolver};

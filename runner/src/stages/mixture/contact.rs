@@ -25,6 +25,7 @@ use ::contact::assembly::{AssemblyError, ContactSystem, InverseDynamics, PosedCo
 use ::contact::block::Vec3;
 use ::contact::detection::{Contact, DetectionError, Sight, SolidField, StepSolid, Strands};
 use numerics::lanes::F4;
+use rayon::prelude::*;
 use rods::{RodSet, RodStepper, StrandInverse};
 use surface_flow::FilmState;
 
@@ -85,6 +86,9 @@ const EXACT_ROUNDS: usize = 4;
 /// Share of an overlap that one step pushes apart (spec A.7).
 const STABILISATION: f64 = 0.2;
 
+/// Rows of the contact matrix that one task multiplies.
+const ROWS: usize = 256;
+
 /// Freedoms per vertex of a rod: position and angle.
 const STRIDE: u32 = 4;
 
@@ -139,10 +143,11 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         let begin = Instant::now();
         // the velocities contain the impulses of the rounds before
         let problem = &mut system.problem;
-        for (k, q) in problem.free_velocity.iter_mut().enumerate() {
-            let part = problem.delassus.row_product_sparse(k, &contact.lists.impulses);
+        let (delassus, impulses) = (&problem.delassus, &contact.lists.impulses);
+        problem.free_velocity.par_iter_mut().enumerate().with_min_len(ROWS).for_each(|(k, q)| {
+            let part = delassus.row_product_sparse(k, impulses);
             *q = [q[0] - part[0], q[1] - part[1], q[2] - part[2]];
-        }
+        });
         contact.resist_sliding(&mut system, tau);
         let rough = !settled && contact.lists.active.len() >= MANY && round + EXACT_ROUNDS < most_rounds;
         let mut settings = contact.settings;
@@ -298,7 +303,10 @@ impl ContactWorld {
         let begin = Instant::now();
         let moved = self.pull(loose, rods, stepper, around.setting)?;
         self.seconds[1] += begin.elapsed().as_secs_f64();
-        if moved > self.unseen() {
+        // pulled by bridges that no contact resists yet, the strands of a bundle fly through each other by many radii; what is on
+        // that way is not looked at, for the first impulses bring them back
+        let wild = round == 0 && around.memory.kept.len() >= MANY;
+        if moved > self.unseen() && !wild {
             let more = self.lists.loose.len();
             self.find(rods, around, round)?;
             self.pull(more, rods, stepper, around.setting)?;

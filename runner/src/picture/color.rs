@@ -6,7 +6,8 @@ pub enum ColorBy {
     /// Which piece, and which line or grain within it.
     #[default]
     Piece,
-    /// The size of a point field, dark blue (low) over green to yellow (high); pieces without it are grey.
+    /// The size of a point field, dark blue (low) over green to yellow (high); pieces without it are grey,
+    /// contacts and films without it are left out.
     Field {
         /// Name of the point field; of a vector or tensor its norm is shown.
         name: String,

@@ -51,7 +51,7 @@ const MIN_COVERAGE: f64 = 0.94;
 pub(super) fn collect(frame: &Frame, camera: &Camera, color: &ColorBy, factor: usize) -> Primitives {
     let mut all = Primitives::default();
     let lift = thickness(frame);
-    for piece in &frame.pieces {
+    for piece in frame.pieces.iter().filter(|piece| !only_hides(piece, color)) {
         let mut brush = Brush::new(piece, camera, color, factor);
         if piece.name != "grains" {
             brush.lift = lift;
@@ -74,6 +74,21 @@ pub(super) fn collect(frame: &Frame, camera: &Camera, color: &ColorBy, factor: u
         }
     }
     all
+}
+
+/// Whether a piece lies on what the picture is about and has no part in it: contacts and films where strands are coloured by a
+/// field that those lack.
+fn only_hides(piece: &Piece, color: &ColorBy) -> bool {
+    let lies_on_others = piece.name == "contacts" || piece.name == "films";
+    matches!(color, ColorBy::Field { name, .. } if lies_on_others && piece.point_field(name).is_none())
+}
+
+/// Contacts up to which their balls have the usual size; the balls of more are smaller, lest they hide what touches.
+const FEW_CONTACTS: f64 = 50.0;
+
+/// Radius of the balls of contacts relative to that of other points.
+fn dot_size(piece: &Piece) -> f64 {
+    if piece.name == "contacts" { (piece.positions.len() as f64 / FEW_CONTACTS).max(1.0).cbrt().recip() } else { 1.0 }
 }
 
 /// How far lines must be lifted to lie on top of grains in a plane, which are drawn as balls [m]; zero without such grains.
@@ -119,7 +134,7 @@ impl<'a> Brush<'a> {
             factor: factor as f64,
             colors: colors(piece, color),
             radius: piece.point_field("radius"),
-            default_radius: thin * camera.reach,
+            default_radius: thin * camera.reach * dot_size(piece),
             thinnest: (MIN_RADIUS * camera.height as f64).max(0.7),
             lift: 0.0,
             strong: strong(piece),
@@ -305,5 +320,37 @@ mod tests {
         let nearest = |depths: &[f64]| depths.iter().copied().fold(f64::INFINITY, f64::min);
         let farthest = |depths: &[f64]| depths.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         assert!(nearest(&body) < nearest(&container) && farthest(&body) < farthest(&container));
+    }
+
+    /// Coloured by a field, what lies on the strands without having it is left out; of many contacts the balls are small.
+    #[test]
+    fn contacts_and_films_do_not_hide_strands() {
+        let line = |name: &str| Piece {
+            name: name.to_owned(),
+            topology: Topology::Polylines { offsets: vec![0, 2] },
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0]],
+            point_fields: Vec::new(),
+            cell_fields: Vec::new(),
+        };
+        let contacts = |count: usize| Piece {
+            topology: Topology::Points,
+            positions: vec![[0.5, 0.0, 0.0]; count],
+            ..line("contacts")
+        };
+        let fast = Piece {
+            point_fields: vec![crate::record::frame::Field::vector("velocity", &[[1.0; 3]; 2])],
+            ..line("strands")
+        };
+        let capsules = |count: usize, color: &ColorBy| {
+            let frame = Frame { time: 0.0, step: 0, pieces: vec![fast.clone(), line("films"), contacts(count)] };
+            let mut framing = Framing::default();
+            framing.include(&frame);
+            collect(&frame, &Camera::new(&framing, &PictureOptions::default()), color, 1).capsules
+        };
+        let (few, many) = (capsules(1, &ColorBy::Piece), capsules(50 * 27, &ColorBy::Piece));
+        assert_eq!((few.len(), many.len()), (3, 2 + 50 * 27));
+        assert!(many[2].rise < few[2].rise);
+        let velocity = ColorBy::Field { name: "velocity".into(), low: 0.0, high: 1.0 };
+        assert_eq!(capsules(1, &velocity).len(), 1);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::candidates::{Looked, Scene};
 use super::detect::Contact;
-use super::pair::{Capsule, Meeting, PairContact, meeting, stay_apart};
+use super::pair::{Capsule, Meeting, PairContact, meeting, speed};
 use super::strands::Strands;
 use crate::assembly::ContactKey;
 use rayon::prelude::*;
@@ -121,7 +121,7 @@ fn strand_pair(scene: Scene<'_>, i: (u32, u32), j: (u32, u32), known: Option<Out
         Some(Outcome::Met(contact)) if contact.time == 0.0 && contact.gap > -CROSSED * (ra + rb) => {
             return Outcome::Met(contact);
         }
-        Some(Outcome::Apart(gap)) if stay_apart(&a, &b, gap) => return Outcome::Apart(gap),
+        Some(Outcome::Apart(gap)) if gap > speed(&a, &b) => return Outcome::Apart(gap),
         _ => {}
     }
     let (c, otherwise) = match meeting(&a, &b, ra + rb, |gap| scene.is_near(i, j, gap), settings.continuous) {

@@ -63,15 +63,10 @@ pub(super) enum Meeting {
     Apart(f64),
 }
 
-/// Whether capsules that are apart at the start by `gap` move too little to meet.
+/// Largest displacement of a point of one against a point of the other, a convex combination of those of the ends: capsules
+/// that are farther apart at the start stay apart.
 #[inline]
-pub(super) fn stay_apart(a: &Capsule, b: &Capsule, gap: f64) -> bool {
-    gap > speed(a, b)
-}
-
-/// Largest displacement of a point of one against a point of the other: a convex combination of those of the ends.
-#[inline]
-fn speed(a: &Capsule, b: &Capsule) -> f64 {
+pub(super) fn speed(a: &Capsule, b: &Capsule) -> f64 {
     let whole = |edge: &Capsule| edge.map(|ends| ends.map(Vector3::from));
     largest_relative_motion(&whole(a), &whole(b))
 }
@@ -93,10 +88,13 @@ pub(super) fn meeting(
         let contact = |normal| PairContact { alpha: now.s, beta: now.t, normal, gap, time: 0.0 };
         return Meeting::Near(direction(&now.separation, a, b, 0.0).map(contact));
     }
-    if !continuous || stay_apart(a, b, gap) {
+    if !continuous {
         return Meeting::Apart(gap);
     }
     let speed = speed(a, b);
+    if gap > speed {
+        return Meeting::Apart(gap);
+    }
     let tolerance = 1e-3 * reach.max(1e-300);
     let mut t = 0.0;
     let mut d = distance;

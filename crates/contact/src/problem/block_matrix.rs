@@ -135,6 +135,12 @@ impl BlockMatrix {
         });
     }
 
+    /// `W x` where most of `x` is zero: blocks that meet zeros are not read.
+    #[must_use]
+    pub fn product_sparse(&self, x: &[Vec3]) -> Vec<Vec3> {
+        (0..self.len()).into_par_iter().with_min_len(ROWS).map(|i| self.row_product_sparse(i, x)).collect()
+    }
+
     /// `Σ_j W_ij x_j`.
     #[inline]
     #[must_use]

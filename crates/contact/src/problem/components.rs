@@ -76,7 +76,7 @@ impl Component {
             .map(|RowTask { first, rows, columns, blocks }| {
                 let members = &self.contacts[first..first + rows];
                 let mut at = 0;
-                let mut row = |(local, k): (usize, &u32)| {
+                let row = |(local, k): (usize, &u32)| {
                     let begin = at;
                     let (c, b) = w.row(*k as usize);
                     for (j, b) in c.iter().zip(b) {
@@ -88,23 +88,22 @@ impl Component {
                     }
                     at - begin
                 };
-                let lengths = (first..).zip(members).map(&mut row).collect();
+                let lengths = (first..).zip(members).map(row).collect();
                 (columns.len(), lengths)
             })
             .collect();
         let (mut row_start, mut read, mut write) = (vec![0], 0, 0);
         for (room, lengths) in &lengths {
-            let used: usize = lengths.iter().sum();
-            if read != write {
-                columns.copy_within(read..read + used, write);
-                blocks.copy_within(read..read + used, write);
+            let begin = write;
+            for length in lengths {
+                write += length;
+                row_start.push(write);
             }
-            let mut end = write;
-            row_start.extend(lengths.iter().map(|length| {
-                end += length;
-                end
-            }));
-            (read, write) = (read + room, write + used);
+            if read != begin {
+                columns.copy_within(read..read + (write - begin), begin);
+                blocks.copy_within(read..read + (write - begin), begin);
+            }
+            read += room;
         }
         columns.truncate(write);
         blocks.truncate(write);

@@ -113,14 +113,7 @@ fn solve_once(
     };
     let groups = components(&problem.delassus);
     let outcomes: Vec<GroupOutcome> = if groups.len() == 1 {
-        let group = Group {
-            w: &problem.delassus,
-            q: &q,
-            friction: &problem.friction,
-            scaling: settings.scaling,
-            tolerance: settings.tolerance,
-            size_floor: 0.0,
-        };
+        let group = Group::whole(problem, &q, settings.scaling, settings.tolerance);
         vec![solver.solve(&group, &mut r)]
     } else {
         let mut free = 0.0;
@@ -170,11 +163,8 @@ fn finish(
 ) -> Solution {
     let n = problem.len();
     let (mut parts, mut violation) = (ResidualParts::default(), ResidualParts::default());
-    let velocity = |k: usize| {
-        let s = problem.delassus.row_product(k, &r);
-        [s[0] + q[k][0], s[1] + q[k][1], s[2] + q[k][2]]
-    };
-    let velocities: Vec<Vec3> = (0..n).into_par_iter().with_min_len(ROWS).map(velocity).collect();
+    let mut velocities = vec![[0.0; 3]; n];
+    problem.delassus.apply(&r, &q, &mut velocities);
     for k in 0..n {
         let rho = settings.scaling.weight(&problem.delassus, k);
         parts.add(&r[k], &velocities[k], &q[k], problem.friction[k], rho);
@@ -233,9 +223,6 @@ fn finish(
         report: ContactReport { solve, groups: outcomes.len(), stages },
     }
 }
-
-/// Velocities that one task computes.
-const ROWS: usize = 256;
 
 /// Impulses over free velocity, in one unit, from which on the contacts of a group are looked at for opposition.
 const LOUD: f64 = 100.0;

@@ -2,7 +2,7 @@
 
 use crate::block::{Vec3, norm_squared};
 use crate::problem::residual::{ResidualParts, residual_parts};
-use crate::problem::{BlockMatrix, Scaling};
+use crate::problem::{BlockMatrix, ContactProblem, Scaling};
 use crate::report::Method;
 use numerics::Status;
 
@@ -23,7 +23,14 @@ pub struct Group<'a> {
     pub size_floor: f64,
 }
 
-impl Group<'_> {
+impl<'a> Group<'a> {
+    /// All contacts of a problem as one group; `q` is its shifted velocity.
+    #[must_use]
+    pub fn whole(problem: &'a ContactProblem, q: &'a [Vec3], scaling: Scaling, tolerance: f64) -> Group<'a> {
+        let ContactProblem { delassus, friction, .. } = problem;
+        Group { w: delassus, q, friction, scaling, tolerance, size_floor: 0.0 }
+    }
+
     /// Number of contacts.
     #[must_use]
     pub fn len(&self) -> usize {

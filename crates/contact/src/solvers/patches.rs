@@ -124,14 +124,7 @@ mod tests {
             r[k] = r[k].map(|x| 1.5 * x);
         }
         let q = problem.shifted_velocity();
-        let group = Group {
-            w: &problem.delassus,
-            q: &q,
-            friction: &problem.friction,
-            scaling: Scaling::PerContact,
-            tolerance: 1e-8,
-            size_floor: 0.0,
-        };
+        let group = Group::whole(&problem, &q, Scaling::PerContact, 1e-8);
         let (wrong, mut sizes) = (group.residual(&r), Vec::new());
         assert!(wrong > 1e-3, "{wrong:e}");
         let outcome = mend(&group, &mut r, |patch, x| {

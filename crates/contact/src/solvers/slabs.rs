@@ -26,7 +26,8 @@ pub(super) struct Slab {
     /// What is swept one after the other: contacts, or clusters where there are some.
     pub units: Vec<u32>,
     pub rows: Rows,
-    /// Impulses of members and contacts beside, by number of the contact; the others are not kept up to date.
+    /// Impulses of members and contacts beside, by number of the contact; the others are not kept up to date. Empty
+    /// until slabs are swept at once.
     copy: Vec<Vec3>,
 }
 
@@ -152,16 +153,15 @@ pub(super) fn colours(w: &BlockMatrix, (slab, count): &(Vec<u32>, u32), clusters
             }
         };
         let (members, units) = (members[s].clone(), units[s].clone());
-        Slab { members, beside, units, rows, copy: vec![[0.0; 3]; w.len()] }
+        Slab { members, beside, units, rows, copy: Vec::new() }
     };
-    [0, 1].map(|colour| {
-        (0..*count as usize).into_par_iter().with_max_len(1).filter(|s| s % 2 == colour).map(slab).collect()
-    })
+    [0, 1].map(|colour| (colour..*count as usize).into_par_iter().step_by(2).with_max_len(1).map(slab).collect())
 }
 
 impl Slab {
     /// Takes its own impulses and those it feels from `r`, and sweeps.
     pub fn sweep<T>(&mut self, r: &[Vec3], sweep: impl FnOnce(&[u32], &Rows, &mut [Vec3]) -> T) -> T {
+        self.copy.resize(r.len(), [0.0; 3]);
         for k in self.members.iter().chain(&self.beside) {
             self.copy[*k as usize] = r[*k as usize];
         }

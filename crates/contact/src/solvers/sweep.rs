@@ -201,14 +201,7 @@ mod tests {
     fn sweeps_do_not_depend_on_threads() {
         let problem = squeezed_bundle(400, 4e-3, 0.02, 0.3);
         let q = problem.shifted_velocity();
-        let group = Group {
-            w: &problem.delassus,
-            q: &q,
-            friction: &problem.friction,
-            scaling: Scaling::PerContact,
-            tolerance: 1e-8,
-            size_floor: 0.0,
-        };
+        let group = Group::whole(&problem, &q, Scaling::PerContact, 1e-8);
         for inner in [1, 2] {
             let run = |threads: usize| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

@@ -25,7 +25,6 @@ use ::contact::assembly::{AssemblyError, ContactSystem, InverseDynamics, PosedCo
 use ::contact::block::Vec3;
 use ::contact::detection::{Contact, DetectionError, Sight, SolidField, StepSolid, Strands};
 use numerics::lanes::F4;
-use rayon::prelude::*;
 use rods::{RodSet, RodStepper, StrandInverse};
 use surface_flow::FilmState;
 
@@ -86,9 +85,6 @@ const EXACT_ROUNDS: usize = 4;
 /// Share of an overlap that one step pushes apart (spec A.7).
 const STABILISATION: f64 = 0.2;
 
-/// Rows of the contact matrix that one task multiplies.
-const ROWS: usize = 256;
-
 /// Freedoms per vertex of a rod: position and angle.
 const STRIDE: u32 = 4;
 
@@ -143,11 +139,10 @@ pub fn resolve(world: &mut World, step: Step) -> Result<(), Rejection> {
         let begin = Instant::now();
         // the velocities contain the impulses of the rounds before
         let problem = &mut system.problem;
-        let (delassus, impulses) = (&problem.delassus, &contact.lists.impulses);
-        problem.free_velocity.par_iter_mut().enumerate().with_min_len(ROWS).for_each(|(k, q)| {
-            let part = delassus.row_product_sparse(k, impulses);
+        let before = problem.delassus.product_sparse(&contact.lists.impulses);
+        for (q, part) in problem.free_velocity.iter_mut().zip(before) {
             *q = [q[0] - part[0], q[1] - part[1], q[2] - part[2]];
-        });
+        }
         contact.resist_sliding(&mut system, tau);
         let rough = !settled && contact.lists.active.len() >= MANY && round + EXACT_ROUNDS < most_rounds;
         let mut settings = contact.settings;

@@ -136,7 +136,7 @@ impl ContactWorld {
                 break;
             }
         }
-        let moved: Vec<Vec3> = (0..problem.len()).map(|k| problem.delassus.row_product(k, flow)).collect();
+        let moved = problem.delassus.product_sparse(flow);
         for (q, more) in problem.free_velocity.iter_mut().zip(moved) {
             *q = [q[0] + more[0], q[1] + more[1], q[2] + more[2]];
         }
